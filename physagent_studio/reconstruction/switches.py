@@ -70,6 +70,7 @@ BODIES = {
     "straight inflated": "things with a usual depth have straight sides",
     "flat inflated": "what lies is inflated on the ground",
     "rings": "rings",
+    "parts beside": "handles and legs that the body leaves out are drawn",
     "legs": "deep things stand on posts",
     "feet": "silhouettes are laid across two feet",
     "stems": "parts beside the body are drawn with it",

@@ -1,18 +1,27 @@
-"""Openings that a body laid out from its outline would close: what projects beside is not drawn."""
+"""What the mask shows of a thing and its body does not: openings, and parts that stand off.
+
+Looks alone: what is cut out of what is drawn, or added to it, collides as before.
+"""
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from physagent_studio.program.rotations import matrix_of
 from physagent_studio.program.scene.state import SceneObject
-from physagent_studio.reconstruction.photo.regions import BoolArray, iou
+from physagent_studio.reconstruction.photo.regions import BoolArray, grow, iou
+from physagent_studio.reconstruction.shapes.inflation import sheet_on_plane
 from physagent_studio.reconstruction.shapes.silhouettes import in_world
 from physagent_studio.reconstruction.switches import at_work
 from physagent_studio.reconstruction.texture.outline_fitting import (
     FITTING,
+    FLAT,
+    LEFT,
+    WHOLE,
     FloatArray,
     Sight,
     looked_up,
@@ -43,6 +52,70 @@ def carved(sight: Sight, item: SceneObject, mesh: Mesh) -> Mesh:
     mask = sight.mask & sight.free
     before, after = (iou(sight.drawn(world, f), mask) for f in (finer.faces, finer.faces[kept]))
     return replace(finer, faces=finer.faces[kept]) if after > before + FITTING.min_gain else mesh
+
+
+SMOOTH = (*WHOLE, *LEFT, *FLAT)
+"""Kinds that have no parts beside them: what a mask shows beside a ball or a box is wrong."""
+
+
+@dataclass(frozen=True, slots=True)
+class PartSettings:
+    """Which parts of a mask are drawn that the body leaves out."""
+
+    enough_iou: float = 0.97  # IoU, 0.9..1: with its mask, from which nothing is missing
+    # 0.001..0.05: of the mask: smaller parts beside the body are its rough rim
+    min_share: float = 0.004
+    overlap_px: int = 2  # 0..6: by which a part goes on into what is drawn
+
+
+PART = PartSettings()
+
+
+def with_parts(sight: Sight, item: SceneObject, mesh: Mesh) -> Mesh:
+    """The mesh (body frame) with what the mask shows beside it: handles, legs, ears.
+
+    They are round sheets on the upright plane through its middle, or as near as the ground lets
+    them be: what a body of one simple form has no place for.
+    """
+    if item.shape is None or item.shape.kind in SMOOTH or not at_work("parts beside"):
+        return mesh
+    world, mask = in_world(item, mesh), sight.mask & sight.free
+    drawn = sight.drawn(world, mesh.faces)
+    before = iou(drawn, mask)
+    if not FITTING.min_iou <= before < PART.enough_iou:
+        return mesh
+    lost = _wide_parts(mask & ~drawn, PART.min_share * np.count_nonzero(mask))
+    if not lost.any():
+        return mesh
+    lost = grow(lost, PART.overlap_px) & mask
+    vertices, faces = sheet_on_plane(lost, sight.camera, np.asarray(item.position))
+    vertices = _above(sight, vertices, world)
+    whole = np.vstack([world, vertices])
+    faces = np.vstack([mesh.faces, faces + len(world)]).astype(np.int32)
+    if iou(sight.drawn(whole, faces), mask) <= before + FITTING.min_gain:
+        return mesh
+    body = (vertices - np.asarray(item.position)) @ matrix_of(item.rotation)
+    return replace(mesh, vertices=np.vstack([mesh.vertices, body]), faces=faces)
+
+
+def _wide_parts(area: BoolArray, least: float) -> BoolArray:
+    """(H, W) the parts of a region that are wider than a rim and have so many pixels at least."""
+    core = cv2.morphologyEx(area.astype(np.uint8), cv2.MORPH_OPEN, np.ones((3, 3), np.uint8))
+    _, labels, stats, _ = cv2.connectedComponentsWithStats(core, connectivity=8)
+    kept = 1 + np.flatnonzero(stats[1:, cv2.CC_STAT_AREA] >= least)
+    return np.isin(labels, kept)
+
+
+def _above(sight: Sight, vertices: FloatArray, world: FloatArray) -> FloatArray:
+    """Places (V, 3) nearer to the camera, seen alike, where they lie below the body's foot."""
+    if sight.up is None:
+        return vertices
+    eye = np.asarray(sight.camera.position)
+    high, low = float(eye @ sight.up), float((world @ sight.up).min())
+    lowest = float((vertices @ sight.up).min())
+    if lowest >= low or high <= low:
+        return vertices
+    return np.asarray(eye + (vertices - eye) * (high - low) / (high - lowest))
 
 
 def _across(told: BoolArray, pixels: FloatArray, faces: NDArray[np.int32]) -> BoolArray:

@@ -12,7 +12,7 @@ from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import Ramp, SceneObject, SceneState, Support
 from physagent_studio.reconstruction.photo.regions import BoolArray, grow
 from physagent_studio.reconstruction.shapes.silhouettes import in_world
-from physagent_studio.reconstruction.texture.carving import carved
+from physagent_studio.reconstruction.texture.carving import carved, with_parts
 from physagent_studio.reconstruction.texture.outline_fitting import (
     FloatArray,
     Sight,
@@ -63,7 +63,7 @@ def _own(name: str, masks: Mapping[str, BoolArray]) -> BoolArray:
 
 
 def _look(sight: Sight, item: SceneObject, body: Mesh) -> Mesh:
-    return carved(sight, item, covering(sight, item, body))
+    return with_parts(sight, item, carved(sight, item, covering(sight, item, body)))
 
 
 def sights_of(

@@ -27,7 +27,7 @@ from physagent_studio.reconstruction.masks.foot_spill import without_spill
 from physagent_studio.reconstruction.photo.regions import BoolArray, iou
 from physagent_studio.reconstruction.shapes.inflation import inflated_mesh
 from physagent_studio.reconstruction.shapes.silhouettes import in_world, silhouette
-from physagent_studio.reconstruction.texture.carving import carved
+from physagent_studio.reconstruction.texture.carving import carved, with_parts
 from physagent_studio.reconstruction.texture.outline_fitting import covering
 from physagent_studio.reconstruction.texture.skins import sights_of
 
@@ -139,6 +139,41 @@ def test_what_is_turned_about_an_axis_is_not_torn_at_its_rim() -> None:
     mesh = mesh_of(shape)
     sights = sights_of(CAMERA, {"pin": mask}, (item,), {"pin": mesh}, ())
     assert len(carved(sights["pin"], item, mesh).faces) == len(mesh.faces)
+
+
+def _with_a_bow(kind: str) -> tuple[SceneObject, BoolArray]:
+    """A thing and its mask with a bow on its right side, as a handle is, down to below its foot."""
+    shape, lift = SHAPES[kind]
+    item = _thing(kind, shape, 0.0, lift)
+    mask = _drawn(item)
+    rows, columns = mask.nonzero()
+    bow = np.zeros(mask.shape, np.uint8)
+    middle = (int(columns.max()), int(rows.max()) - 8)
+    cv2.ellipse(bow, middle, (18, 14), 0, -90, 90, 1, 6)
+    return item, mask | (bow > 0)
+
+
+@pytest.mark.parametrize("kind", ["can", "pin"])
+def test_a_part_that_stands_off_is_drawn_and_not_below_the_foot(kind: str) -> None:
+    item, mask = _with_a_bow(kind)
+    assert item.shape is not None
+    mesh = mesh_of(item.shape)
+    sight = sights_of(CAMERA, {kind: mask}, (item,), {kind: mesh}, ())[kind]
+    look = with_parts(sight, item, mesh)
+    world = in_world(item, look)
+    before = silhouette(CAMERA, in_world(item, mesh), mesh.faces)
+    assert iou(silhouette(CAMERA, world, look.faces), mask) > iou(before, mask) + 0.05
+    assert float(world[:, 2].min()) > float(in_world(item, mesh)[:, 2].min()) - 1e-6
+    assert np.array_equal(look.vertices[: len(mesh.vertices)], mesh.vertices)
+
+
+@pytest.mark.parametrize("kind", ["ball", "box"])
+def test_what_a_mask_shows_beside_a_ball_or_a_box_is_no_part(kind: str) -> None:
+    item, mask = _with_a_bow(kind)
+    assert item.shape is not None
+    mesh = mesh_of(item.shape)
+    sight = sights_of(CAMERA, {kind: mask}, (item,), {kind: mesh}, ())[kind]
+    assert with_parts(sight, item, mesh) is mesh
 
 
 def test_a_ball_stays_round() -> None:

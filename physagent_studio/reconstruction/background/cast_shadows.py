@@ -18,6 +18,8 @@ from physagent_studio.records.case import Image
 FloatImage = NDArray[np.float32]
 SIDE = 208
 """Longer side of the picture in which shade is looked for."""
+SMALLEST = 40
+"""Size of a thing in it, at least, pixels: what is smaller there throws no shade to be seen."""
 DARKER = 7.0
 """How much darker than lit ground shade is at least, in L* of 0 … 100."""
 FAINT = 1.6
@@ -59,18 +61,33 @@ def shaded(
 
     faces: (H, W) numbers of the faces on which things stand, as `surfaces` gives them.
     """
-    factor = min(1.0, SIDE / max(hole.shape))
+    out = np.zeros(hole.shape, bool)
+    for mask, top in zip(masks, tops_of(masks), strict=True):
+        if mask.any():
+            out |= _of_one(photo, mask, hole, faces, top)
+    return out
+
+
+def _of_one(
+    photo: Image,
+    mask: BoolArray,
+    hole: BoolArray,
+    faces: NDArray[np.int64] | None,
+    top: int,
+) -> BoolArray:
+    """(H, W) shade of one thing, looked for in a smaller picture in which it is not too small."""
+    x0, y0, x1, y1 = bounds(mask)
+    factor = min(1.0, max(SIDE / max(hole.shape), SMALLEST / max(x1 - x0, y1 - y0)))
     size = (max(8, round(hole.shape[1] * factor)), max(8, round(hole.shape[0] * factor)))
     small = cv2.resize(photo, size, interpolation=cv2.INTER_AREA).astype(np.float32) / 255
     lab = np.asarray(cv2.cvtColor(cv2.GaussianBlur(small, (0, 0), 1.0), cv2.COLOR_RGB2LAB), "f4")
     inside = cv2.resize(hole.astype(np.uint8), size, interpolation=cv2.INTER_NEAREST) > 0
-    out = np.zeros(inside.shape, bool)
     kinds = np.zeros(inside.shape, np.int64) if faces is None else _reduced(faces, size)
-    for mask, top in zip(masks, tops_of(masks), strict=True):
-        own = cv2.resize(mask.astype(np.uint8), size, interpolation=cv2.INTER_AREA) > 0
-        if own.any():
-            out |= _around(lab, own, inside, under(own, kinds), round(top * factor))
-    wide = cv2.resize(out.astype(np.float32), hole.shape[::-1], interpolation=cv2.INTER_LINEAR)
+    own = cv2.resize(mask.astype(np.uint8), size, interpolation=cv2.INTER_AREA) > 0
+    if not own.any():
+        return np.zeros_like(hole)
+    found = _around(lab, own, inside, under(own, kinds), round(top * factor)).astype(np.float32)
+    wide = cv2.resize(found, hole.shape[::-1], interpolation=cv2.INTER_LINEAR)
     return np.asarray(cv2.GaussianBlur(wide, (0, 0), 0.7 / factor) > 0.4)
 
 

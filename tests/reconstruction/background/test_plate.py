@@ -184,6 +184,19 @@ def test_the_shade_around_a_foot_goes_with_the_object():
     assert np.array_equal(plate[:60], photo[:60])
 
 
+def test_what_is_small_in_the_picture_is_looked_at_from_nearer():
+    y, x = np.indices((480, 640))
+    mask = (np.abs(x - 300) < 22) & (np.abs(y - 200) < 24)
+    dark = (((x - 330) / 60) ** 2 + ((y - 222) / 6) ** 2) < 1
+    ground = 190.0 + np.random.default_rng(3).normal(0, 2, (480, 640))
+    grey = np.where(mask, 60.0, ground * (1 - 0.4 * dark))
+    photo = _rgb(np.repeat(cv2.GaussianBlur(grey, (0, 0), 0.8)[..., None], 3, 2))
+    hole = hole_of([mask], mask.shape)
+    found = shaded(photo, [mask], hole)
+    assert found[dark & ~hole].mean() > 0.9
+    assert (found & ~hole).sum() < 2.4 * (dark & ~hole).sum()
+
+
 def test_a_stack_shades_the_ground_as_one():
     y, x = np.indices(SHAPE)
     lower, upper = ((np.abs(x - 90) < 18) & (np.abs(y - at) < 18) for at in (180, 143))
@@ -245,7 +258,7 @@ def test_the_same_picture_gives_the_same_plate():
 
 @pytest.mark.parametrize("texture", ["boards", "lane"])
 def test_what_lies_on_the_ground_goes_on_in_perspective(texture: str):
-    item = vacated(texture, 1)
+    item = vacated(texture, 2)
     tone, contrast, _, shadow = scores(item, plate_of(item))
     assert tone < 9
     assert contrast < 0.25

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
@@ -14,36 +15,21 @@ from physagent_studio.reconstruction.photo.regions import BoolArray
 from physagent_studio.records.case import Image
 
 FloatArray = NDArray[np.float64]
-STRAIGHT = math.radians(8.0)
-"""Edges that bend less than this where they meet are one straight line, and no corner."""
-FAR = 1.6
-"""How far an edge may run to its corner, in extents of the hole."""
-BROAD = (5, 9, 13, 17)
-"""How far off an edge its sides are compared, pixels: wider than joints and painted stripes."""
-BEFORE = (5, 9, 13, 20, 28)
-"""How far before its end, pixels."""
-PARTED = 8.0
-"""Least difference between two surfaces at an edge, in L*a*b* (0 … 255) with L* as `DIM`."""
-DIM = 0.5
-"""What a difference in lightness counts: one surface is lit unlike at two of its edges."""
-HUED, LIT = 16.0, 60.0
-"""Largest difference between two edges' surfaces in a*, b*, and in L* (0 … 255)."""
-LEAST = 4
-"""On how many spots a side has to be seen."""
-SAME_STEP = 0.5
-"""Least cosine between what two edges part."""
-MINOR = 0.25
-"""Length times clearness of an edge that is counted, in those of the foremost one."""
-JOINED = 0.02
-"""Gap between two edges of one round outline, as a share of the picture's longer side."""
-BENT = (math.radians(3.0), math.radians(50.0))
-"""By how much an outline that is round turns from one edge to the next."""
-CURVED = 0.15
-"""From how much of a bend on, rad, an edge is curved itself, and has no corner."""
-MOST = 8
-"""Edges beyond which they are a pattern and not outlines."""
-INSIDE = 0.75
-"""Share of the way from an edge's end to the corner that is hidden, at least."""
+
+
+@dataclass(frozen=True, slots=True)
+class CornerSettings:
+    """Which edges meet, and what they part."""
+
+    # 0..1: of a difference in lightness: one surface is lit unlike at two edges
+    dim_factor: float = 0.5
+    # 0.005..0.1: over the longer side, to an edge that goes on where another ends
+    joined_ratio: float = 0.02
+    # 0.02..1.2: by which an outline that is round turns from one edge to the next
+    bent_rad: tuple[float, float] = (math.radians(3.0), math.radians(50.0))
+
+
+CORNER = CornerSettings()
 
 
 def corners(
@@ -63,12 +49,13 @@ def corners(
     parts = _parted(photo, hole, ends, ways)
     broad = _foremost([_of(end, found, found.length) for end in ends], parts)
     found = found.only(_beside(hole, found))
+    curved_rad = 0.15  # 0.05..0.4: from which an edge is curved itself, and has no corner
     # What bends before it is hidden is round, and goes on to no corner.
     sharp = [
         k
         for k in free
         if k in broad
-        and _of(ends[k], found, found.bend) < CURVED
+        and _of(ends[k], found, found.bend) < curved_rad
         and not _goes_on(ends[k], ways[k], found, longer)
         and not _bends_before(ends[k], ways[k], found, longer)
     ]
@@ -91,7 +78,8 @@ def _meetings(
     if not hole.any():
         return []
     rows, columns = np.nonzero(hole)
-    reach = FAR * max(np.ptp(rows), np.ptp(columns), 1)
+    far_ratio = 1.6  # 0.5..4: extents of the hole that an edge may run to its corner
+    reach = far_ratio * max(np.ptp(rows), np.ptp(columns), 1)
     meetings = []
     for n, i in enumerate(free):
         for j in free[n + 1 :]:
@@ -118,8 +106,12 @@ def _foremost(lengths: Sequence[float], parts: FloatArray) -> list[int]:
     """
     clear = np.array([_clear(one) for one in parts])
     weight = clear * np.array(lengths)
-    kept = np.flatnonzero((weight > MINOR * weight.max(initial=0.0)) & (clear > PARTED))
-    return kept.tolist() if len(kept) <= MOST else []
+    parted_lab = 8.0  # 3..30: 0 … 255, between two surfaces at an edge
+    # 0.05..0.8: length times clearness of an edge that is counted, of the foremost's
+    minor_share = 0.25
+    kept = np.flatnonzero((weight > minor_share * weight.max(initial=0.0)) & (clear > parted_lab))
+    max_edges = 8  # count, 3..20: beyond which they are a pattern and no outlines
+    return kept.tolist() if len(kept) <= max_edges else []
 
 
 def _beside(hole: BoolArray, found: Segments) -> BoolArray:
@@ -138,31 +130,38 @@ def _parted(photo: Image, hole: BoolArray, ends: FloatArray, ways: FloatArray) -
     lab = cv2.cvtColor(soft, cv2.COLOR_RGB2LAB).astype(float)
     lab[hole] = np.nan
     normal = np.stack([-ways[:, 1], ways[:, 0]], 1)[:, None, None]
-    before = ends[:, None] - np.array(BEFORE)[:, None] * ways[:, None]
+    before_px = (5, 9, 13, 20, 28)  # 2..60: before its end
+    before = ends[:, None] - np.array(before_px)[:, None] * ways[:, None]
     out = np.full((len(ends), 2, 3), np.nan)
+    least_spots = 4  # count, 1..10: on which a side has to be seen
+    # 2..40: off an edge, where its sides are compared: wider than joints and stripes
+    broad_px = (5, 9, 13, 17)
     for side, sign in enumerate((1, -1)):
-        spots = before[:, :, None] + sign * np.array(BROAD)[:, None] * normal
+        spots = before[:, :, None] + sign * np.array(broad_px)[:, None] * normal
         x, y = spots.reshape(len(ends), -1, 2).astype(int).transpose(2, 0, 1)
         colours = lab[y.clip(0, hole.shape[0] - 1), x.clip(0, hole.shape[1] - 1)]
-        seen = np.isfinite(colours[..., 0]).sum(1) >= LEAST
+        seen = np.isfinite(colours[..., 0]).sum(1) >= least_spots
         out[seen, side] = np.nanmedian(colours[seen], axis=1)
     return out
 
 
 def _clear(parts: FloatArray) -> float:
     """How unlike the two sides (2, 3) of an edge are; 0 where one of them is hidden."""
-    step = (parts[0] - parts[1]) * (DIM, 1, 1)
+    step = (parts[0] - parts[1]) * (CORNER.dim_factor, 1, 1)
     return float(np.nan_to_num(np.linalg.norm(step)))
 
 
 def _apart(one: FloatArray, other: FloatArray) -> float:
     """How unlike the surfaces (2, 3) that two edges part are, 1 for too much."""
-    steps = [(sides[0] - sides[1]) * (DIM, 1, 1) for sides in (one, other)]
+    steps = [(sides[0] - sides[1]) * (CORNER.dim_factor, 1, 1) for sides in (one, other)]
     size = float(np.linalg.norm(steps[0]) * np.linalg.norm(steps[1]))
-    if steps[0] @ steps[1] < SAME_STEP * size:
+    same_cosine = 0.5  # cosine, 0..1: between what two edges part
+    if steps[0] @ steps[1] < same_cosine * size:
         return 1.0
     hue = float(np.linalg.norm((one - other)[:, 1:], axis=1).max())
-    return max(hue / HUED, float(np.abs(one - other)[:, 0].max()) / LIT)
+    lit_lab = 60.0  # 20..120: the same in L* (0 … 255)
+    hued_lab = 16.0  # 5..40: a*, b*, between two edges' surfaces
+    return max(hue / hued_lab, float(np.abs(one - other)[:, 0].max()) / lit_lab)
 
 
 def _of(end: FloatArray, found: Segments, values: FloatArray) -> float:
@@ -177,7 +176,9 @@ def _bends_before(end: FloatArray, way: FloatArray, found: Segments, longer: int
     if step is None:
         return False
     turn = float(step[1] * way[0] - step[0] * way[1])
-    return bool(-step @ way > math.cos(BENT[1]) and abs(turn) > math.sin(BENT[0]))
+    return bool(
+        -step @ way > math.cos(CORNER.bent_rad[1]) and abs(turn) > math.sin(CORNER.bent_rad[0])
+    )
 
 
 def _goes_on(end: FloatArray, way: FloatArray, found: Segments, longer: int) -> bool:
@@ -186,10 +187,10 @@ def _goes_on(end: FloatArray, way: FloatArray, found: Segments, longer: int) -> 
     ahead = found.ends - end
     along = ahead @ way
     aside = np.abs(ahead[..., 0] * way[1] - ahead[..., 1] * way[0])
-    begins = (along > 0.5) & (along < JOINED * longer) & (aside < 2 + 0.3 * along)
+    begins = (along > 0.5) & (along < CORNER.joined_ratio * longer) & (aside < 2 + 0.3 * along)
     for index, side in np.argwhere(begins):
         step = found.ends[index, 1 - side] - found.ends[index, side]
-        if step @ way > math.cos(BENT[1]) * float(np.linalg.norm(step)):
+        if step @ way > math.cos(CORNER.bent_rad[1]) * float(np.linalg.norm(step)):
             return True
     return False
 
@@ -199,7 +200,7 @@ def _joined(spot: FloatArray, own: int, found: Segments, longer: int) -> FloatAr
     away = np.linalg.norm(found.ends - spot, axis=2)
     away[own] = np.inf
     index, side = np.unravel_index(int(away.argmin()), away.shape)
-    if away[index, side] > JOINED * longer:
+    if away[index, side] > CORNER.joined_ratio * longer:
         return None
     step = found.ends[index, 1 - side] - found.ends[index, side]
     return step / max(float(np.linalg.norm(step)), 1e-9)
@@ -210,7 +211,8 @@ def _meeting(
 ) -> tuple[FloatArray, float, float] | None:
     """Where two rays meet, and how far along each; None where they run beside or away."""
     turn = float(u[0] * v[1] - u[1] * v[0])
-    if abs(turn) < math.sin(STRAIGHT):
+    straight_rad = math.radians(8.0)  # 0.03..0.4: edges that bend less where they meet are one line
+    if abs(turn) < math.sin(straight_rad):
         return None
     gap = q - p
     first = float(gap[0] * v[1] - gap[1] * v[0]) / turn
@@ -224,4 +226,5 @@ def _hidden(hole: BoolArray, end: FloatArray, spot: FloatArray) -> bool:
     inside = (x >= 0) & (y >= 0) & (x < hole.shape[1]) & (y < hole.shape[0])
     x, y = x.clip(0, hole.shape[1] - 1), y.clip(0, hole.shape[0] - 1)
     covered = hole[y, x] & inside
-    return bool(covered[-1] and covered.mean() > INSIDE)
+    inside_share = 0.75  # 0.4..1: of the way from an edge's end to the corner that is hidden
+    return bool(covered[-1] and covered.mean() > inside_share)

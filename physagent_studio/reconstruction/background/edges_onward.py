@@ -7,6 +7,7 @@ are only a little off: there a faint one is told from none, for it steps as this
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
@@ -16,27 +17,22 @@ from physagent_studio.reconstruction.photo.regions import BoolArray
 from physagent_studio.records.case import Image
 
 FloatArray = NDArray[np.float64]
-MOST = 12
-"""Edges that are followed, the longest and clearest."""
-ASIDE = (2.0, 0.03)
-"""Pixels, and share of the gap, by which one may come out beside the straight line."""
-WIDELY = 4.0
-"""How far beside that lines are looked at for comparison, in the same."""
-TURNED = math.radians(2.5)
-"""By how much its direction may be off there."""
-FOLLOWED = (14.0, 60.0)
-"""Over what length it is looked for, pixels: half of what is seen before, within these."""
-OFF = (2.0, 4.0, 7.0)
-"""How far from it its sides are looked at, pixels."""
-BEFORE, AGAIN = 0.7, 0.6
-"""How alike the steps along it have to be before, and how like those the ones behind."""
-BESIDE_ANOTHER = 0.38
-"""The same for an edge that runs beside one that goes on: bars, boards and kerbs have two."""
-PARALLEL = math.radians(4.0)
-CLEAR = 16.0
-"""Least step, grey levels of the three colours together."""
-BETTER, ONLY = 2.5, 0.9
-"""How much more like those than along usual lines beside it, and than along the likest."""
+
+
+@dataclass(frozen=True, slots=True)
+class OnwardSettings:
+    """When an edge is seen again behind a hole."""
+
+    max_edges: int = 12  # count, 4..40: that are followed, the longest and clearest
+    # 5..150: over which it is looked for: half of what is seen before, within these
+    followed_px: tuple[float, float] = (14.0, 60.0)
+    before_likeness: float = 0.7  # likeness, 0.3..1: of the steps along it before it is hidden
+    again_likeness: float = 0.6  # likeness, 0.2..1: of those behind to that
+    parallel_rad: float = math.radians(4.0)  # 0.02..0.2: of two such
+    clear_levels: float = 16.0  # 5..60: of three colours together, of its step
+
+
+ONWARD = OnwardSettings()
 
 
 def onward(
@@ -50,27 +46,28 @@ def onward(
     soft = cv2.GaussianBlur(photo, (0, 0), 1.0).astype(np.float32)
     heading = []
     for k in range(len(ends)):
-        length = float(np.clip(0.5 * long[k], *FOLLOWED))
+        length = float(np.clip(0.5 * long[k], *ONWARD.followed_px))
         spot = _comes_out(hole, ends[k], ways[k])
         before, seen = _steps(soft, hole, ends[k][None], -ways[k][None], length)
         if spot is None or not seen[0].sum() > max(6, 0.66 * length):
             continue
         step = np.median(before[0, seen[0]], axis=0)
         size = float(np.linalg.norm(step))
-        if size > CLEAR and _alike(before, seen, step)[0] > BEFORE:
+        if size > ONWARD.clear_levels and _alike(before, seen, step)[0] > ONWARD.before_likeness:
             # Seen the other way, what is left of it is right.
             heading.append((-size * length, k, -step, spot, length))
     again = []
-    for _, k, step, spot, length in sorted(heading, key=lambda item: item[:2])[:MOST]:
+    for _, k, step, spot, length in sorted(heading, key=lambda item: item[:2])[: ONWARD.max_edges]:
         found = _seen_again(soft, hole, (ends[k], ways[k]), step, spot, length)
         if found is not None:
             again.append((k, *found))
-    sure = [ways[k] for k, _, alike in again if alike > AGAIN]
+    sure = [ways[k] for k, _, alike in again if alike > ONWARD.again_likeness]
     return np.array(
         [
             (ends[k], spot)
             for k, spot, alike in again
-            if alike > AGAIN or any(abs(float(ways[k] @ w)) > math.cos(PARALLEL) for w in sure)
+            if alike > ONWARD.again_likeness
+            or any(abs(float(ways[k] @ w)) > math.cos(ONWARD.parallel_rad) for w in sure)
         ]
     ).reshape(-1, 2, 2)
 
@@ -85,9 +82,9 @@ def _comes_out(hole: BoolArray, end: FloatArray, way: FloatArray) -> FloatArray 
     if not len(covered):
         return None
     # Of several holes in line only the first one is crossed.
-    gaps = np.flatnonzero(np.diff(covered) > FOLLOWED[0])
+    gaps = np.flatnonzero(np.diff(covered) > ONWARD.followed_px[0])
     last = int(covered[gaps[0]] if len(gaps) else covered[-1])
-    return along[last + 1] if last + FOLLOWED[0] < count else None
+    return along[last + 1] if last + ONWARD.followed_px[0] < count else None
 
 
 def _seen_again(
@@ -106,9 +103,13 @@ def _seen_again(
     """
     end, way = ray
     normal = np.array([-way[1], way[0]])
-    reach = ASIDE[0] + ASIDE[1] * float(np.linalg.norm(spot - end))
-    across = np.arange(-np.ceil(WIDELY * reach), np.ceil(WIDELY * reach) + 1)
-    turns = np.linspace(-TURNED, TURNED, 5)
+    # pixels and share, 0..10: of the gap, by which one may come out beside the line
+    aside_reach = (2.0, 0.03)
+    reach = aside_reach[0] + aside_reach[1] * float(np.linalg.norm(spot - end))
+    widely_factor = 4.0  # 2..10: of that, where lines are looked at for comparison
+    across = np.arange(-np.ceil(widely_factor * reach), np.ceil(widely_factor * reach) + 1)
+    turned_rad = math.radians(2.5)  # 0.01..0.15: by which its direction may be off
+    turns = np.linspace(-turned_rad, turned_rad, 5)
     ways = np.cos(turns)[:, None] * way + np.sin(turns)[:, None] * normal
     spots = spot + across[:, None] * normal
     every = np.repeat(spots, len(turns), 0), np.tile(ways, (len(spots), 1))
@@ -118,7 +119,10 @@ def _seen_again(
     near = np.abs(across) <= reach
     usual = float(np.median(best[~near]))
     most = float(best[near].max())
-    if most < max(BESIDE_ANOTHER, BETTER * usual, ONLY * best.max()):
+    better_factor = 2.5  # 1.2..6: of likeness along usual lines beside it
+    twin_likeness = 0.38  # likeness, 0.2..1: beside another that goes on: bars have two edges
+    only_ratio = 0.9  # 0.5..1: over the likest of all
+    if most < max(twin_likeness, better_factor * usual, only_ratio * best.max()):
         return None
     return spots[near & (best == most)][0], most
 
@@ -136,8 +140,9 @@ def _steps(
     """
     normal = np.stack([-ways[:, 1], ways[:, 0]], 1)
     along = spots[:, None] + np.arange(1.0, length)[:, None] * ways[:, None]
+    off_px = (2.0, 4.0, 7.0)  # 1..15: beside it, where its sides are looked at
     sides = np.array(
-        [[along + sign * off * normal[:, None] for off in OFF] for sign in (1, -1)]
+        [[along + sign * off * normal[:, None] for off in off_px] for sign in (1, -1)]
     ).astype(int)
     x, y = sides[..., 0], sides[..., 1]
     inside = (x >= 0) & (y >= 0) & (x < hole.shape[1]) & (y < hole.shape[0])

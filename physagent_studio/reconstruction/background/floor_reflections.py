@@ -14,25 +14,22 @@ from physagent_studio.records.case import Image
 
 FloatImage = NDArray[np.float32]
 FloatArray = NDArray[np.float64]
-NEAREST = 0.2
-"""How far below the foot its outline is looked at first, in heights: nearer there is shade."""
-SEEN = 0.15
-"""How much of it has to be in view below that, in heights."""
-OFF = 3
-"""How far inside and outside of the outline colours are compared, pixels."""
-CLEAR = 2.8
-"""Least difference between the two, in L*a*b*."""
-BETTER = 2.2
-"""How much larger it is than along the same outline somewhere beside."""
-ALSO = 1.4
-"""The same where the ground is known to mirror other things."""
-BESIDE = (-1.1, -0.8, -0.5, 0.5, 0.8, 1.1)
-"""Where, in widths of the thing."""
-STANDS = 0.3
-"""Share of the thing's width below which there is another one, to stand on that."""
-STEPS = (-0.16, -0.12, -0.08, -0.04, 0.0, 0.04, 0.08)
-"""How much lower than the mask's lowest row it may begin, in heights: masks end a little too high,
-or hold the beginning of the image itself, and the foot's near side is lower than its middle."""
+
+
+@dataclass(frozen=True, slots=True)
+class MirrorSettings:
+    """What is taken for a mirror image."""
+
+    off_px: int = 3  # 1..8: inside and outside of the outline, where colours are compared
+    clear_lab: float = 2.8  # 1..8: L*a*b* between the two, at least
+    better_factor: float = 2.2  # 1.2..5: over the same outline somewhere beside
+    # -2..2: of the thing's width, where that is
+    beside_ratios: tuple[float, ...] = (-1.1, -0.8, -0.5, 0.5, 0.8, 1.1)
+    # -0.3..0.3: heights by which it begins lower than the mask ends: masks stray
+    step_ratios: tuple[float, ...] = (-0.16, -0.12, -0.08, -0.04, 0.0, 0.04, 0.08)
+
+
+MIRROR = MirrorSettings()
 
 
 def mirrored(photo: Image, masks: Sequence[BoolArray]) -> BoolArray:
@@ -43,11 +40,17 @@ def mirrored(photo: Image, masks: Sequence[BoolArray]) -> BoolArray:
     covered = np.any(list(masks), axis=0) if len(masks) else out
     images = [_of_one(lab, mask, grow(covered, 2)) for mask in masks if mask.any()]
     polished = any(
-        image.contrast > CLEAR and image.contrast > BETTER * image.beside for image in images
+        image.contrast > MIRROR.clear_lab and image.contrast > MIRROR.better_factor * image.beside
+        for image in images
     )
+    also_factor = 1.4  # 1..3: the same where the ground is known to mirror other things
     for image in images:
         # Ground that mirrors one thing mirrors the others, if less clearly.
-        if polished and image.contrast > CLEAR / 2 and image.contrast > ALSO * image.beside:
+        if (
+            polished
+            and image.contrast > MIRROR.clear_lab / 2
+            and image.contrast > also_factor * image.beside
+        ):
             out |= image.where
     return out & ~covered
 
@@ -64,8 +67,11 @@ class _Mirrored:
 
 def _of_one(lab: FloatImage, mask: BoolArray, covered: BoolArray) -> _Mirrored:
     x0, y0, x1, y1 = bounds(mask)
-    wide, high = round((BESIDE[-1] + 0.1) * (x1 - x0)), round((1.1 + STEPS[-1]) * (y1 - y0))
-    window = slice(y0, y1 + high + 3 * OFF), slice(max(0, x0 - wide), x1 + wide)
+    wide, high = (
+        round((MIRROR.beside_ratios[-1] + 0.1) * (x1 - x0)),
+        round((1.1 + MIRROR.step_ratios[-1]) * (y1 - y0)),
+    )
+    window = slice(y0, y1 + high + 3 * MIRROR.off_px), slice(max(0, x0 - wide), x1 + wide)
     found = _in_window(lab[window], mask[window], covered[window])
     where = np.zeros_like(mask)
     where[window] = found.where
@@ -76,21 +82,27 @@ def _in_window(lab: FloatImage, mask: BoolArray, covered: BoolArray) -> _Mirrore
     x0, y0, x1, y1 = bounds(mask)
     high = y1 - y0
     best = _Mirrored(np.zeros_like(mask), 0.0, 0.0)
-    low = y1 + max(2 * OFF, round(NEAREST * high))
+    nearest_ratio = 0.2  # 0.05..0.5: heights below the foot: nearer there is shade
+    low = y1 + max(2 * MIRROR.off_px, round(nearest_ratio * high))
+    seen_ratio = 0.15  # 0.05..0.5: heights that have to be in view below that
+    stands_share = 0.3  # 0.1..0.8: of its width that is above another thing: it stands on that
     # What stands on another thing is mirrored by none of the ground that is seen below it.
-    if mask.shape[0] - low < SEEN * high or covered[low - 1, x0:x1].mean() > STANDS:
+    if mask.shape[0] - low < seen_ratio * high or covered[low - 1, x0:x1].mean() > stands_share:
         return best
-    for step in STEPS:
+    for step in MIRROR.step_ratios:
         image = _upside_down(mask, y1 + round(step * high))
         own = _contrast(lab, image, covered, low)
-        if own < CLEAR / 2:
+        if own < MIRROR.clear_lab / 2:
             continue
         beside = max(
             _contrast(lab, _shifted(image, round(share * (x1 - x0))), covered, low)
-            for share in BESIDE
+            for share in MIRROR.beside_ratios
         )
-        if own - BETTER * beside > best.contrast - BETTER * best.beside or not best.contrast:
-            best = _Mirrored(grow(image, OFF + 2), own, beside)
+        if (
+            own - MIRROR.better_factor * beside > best.contrast - MIRROR.better_factor * best.beside
+            or not best.contrast
+        ):
+            best = _Mirrored(grow(image, MIRROR.off_px + 2), own, beside)
     return best
 
 
@@ -112,8 +124,8 @@ def _shifted(mask: BoolArray, by: int) -> BoolArray:
 def _contrast(lab: FloatImage, shape: BoolArray, covered: BoolArray, low: int) -> float:
     """How much the two sides of an outline differ below a row, the same way all along it."""
     solid = shape.astype(np.uint8)
-    inner = solid - cv2.erode(solid, np.ones((2 * OFF + 1,) * 2, np.uint8))
-    outer = cv2.dilate(solid, np.ones((2 * OFF + 1,) * 2, np.uint8)) - solid
+    inner = solid - cv2.erode(solid, np.ones((2 * MIRROR.off_px + 1,) * 2, np.uint8))
+    outer = cv2.dilate(solid, np.ones((2 * MIRROR.off_px + 1,) * 2, np.uint8)) - solid
     sides = []
     for band in (inner, outer):
         band = (band > 0) & ~covered

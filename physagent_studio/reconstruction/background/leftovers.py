@@ -6,6 +6,7 @@ Found by colour: beside the outline, more usual on the thing than anywhere aroun
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
@@ -15,18 +16,17 @@ from physagent_studio.reconstruction.photo.regions import BoolArray, bounds, gro
 from physagent_studio.records.case import Image
 
 FloatImage = NDArray[np.float32]
-BINS = 20
-"""Of each of lightness and the two colours."""
-MORE = 8.0
-"""How much more usual a colour is on the thing than around it."""
-REACH = 0.45
-"""How far from the thing it is looked for, in sizes of it."""
-GAP = 0.03
-"""The same for gaps between thing and leftover."""
-RARE = 0.01
-"""How usual a colour of the thing is at least, in how usual its commonest is."""
-LARGEST = 0.12
-"""A leftover's area at most, as a share of the thing's."""
+
+
+@dataclass(frozen=True, slots=True)
+class LeftoverSettings:
+    """How colours are counted, and how far from the thing."""
+
+    bins_count: int = 20  # 8..40: of each of lightness and the two colours
+    reach_ratio: float = 0.45  # 0.1..1: over the thing's size, how far from it is looked
+
+
+LEFTOVER = LeftoverSettings()
 
 
 def leftovers(photo: Image, masks: Sequence[BoolArray], hole: BoolArray) -> BoolArray:
@@ -37,7 +37,7 @@ def leftovers(photo: Image, masks: Sequence[BoolArray], hole: BoolArray) -> Bool
         if not mask.any():
             continue
         x0, y0, x1, y1 = bounds(mask)
-        reach = max(8, round(REACH * max(x1 - x0, y1 - y0)))
+        reach = max(8, round(LEFTOVER.reach_ratio * max(x1 - x0, y1 - y0)))
         rows = slice(max(0, y0 - 2 * reach), y1 + 2 * reach)
         window = rows, slice(max(0, x0 - 2 * reach), x1 + 2 * reach)
         out[window] |= _of_one(np.asarray(lab[window], np.uint8), mask[window], hole[window], reach)
@@ -52,8 +52,11 @@ def _of_one(lab: Image, mask: BoolArray, hole: BoolArray, reach: int) -> BoolArr
         return np.zeros_like(mask)
     own, other = _usual(lab, inner), _usual(lab, around)
     bins = _bins(lab)
-    gap = max(2, round(GAP * reach / REACH))
-    like = (own[bins] > MORE * other[bins] + own.max() * RARE) & near & ~hole
+    gap_ratio = 0.03  # 0.01..0.1: over the thing's size, between it and a leftover
+    gap = max(2, round(gap_ratio * reach / LEFTOVER.reach_ratio))
+    more_factor = 8.0  # 2..30: by which a colour is more usual on the thing than around it
+    rare_ratio = 0.01  # 0.001..0.1: over the thing's commonest colour: less is a chance find
+    like = (own[bins] > more_factor * other[bins] + own.max() * rare_ratio) & near & ~hole
     return _small(like, mask, hole, near, gap)
 
 
@@ -67,7 +70,8 @@ def _small(
     # What goes on beyond the reach, or is large, is something else of this colour.
     rim = like & ~shrink(near, 2)
     beyond = set(np.unique(labels[rim]).tolist())
-    most = LARGEST * np.count_nonzero(mask)
+    largest_share = 0.12  # 0.03..0.4: of the thing's area
+    most = largest_share * np.count_nonzero(mask)
     kept = [
         int(k)
         for k in touching
@@ -77,12 +81,12 @@ def _small(
 
 
 def _bins(lab: Image) -> tuple[NDArray[np.intp], ...]:
-    return tuple((lab[..., k].astype(np.intp) * BINS) // 256 for k in range(3))
+    return tuple((lab[..., k].astype(np.intp) * LEFTOVER.bins_count) // 256 for k in range(3))
 
 
 def _usual(lab: Image, where: BoolArray) -> FloatImage:
     """How usual each colour is in a part of the picture, (BINS, BINS, BINS)."""
-    counts = np.zeros((BINS, BINS, BINS), np.float32)
+    counts = np.zeros((LEFTOVER.bins_count, LEFTOVER.bins_count, LEFTOVER.bins_count), np.float32)
     np.add.at(counts, tuple(b[where] for b in _bins(lab)), 1.0)
     counts /= counts.sum()
     for axis in range(3):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
@@ -20,21 +21,18 @@ from physagent_studio.reconstruction.switches import at_work
 from physagent_studio.records.case import Image
 
 FloatArray = NDArray[np.float64]
-NEAR = 0.03
-"""How far from the hole a line may end to run into it, as a share of the picture's longer side."""
-LONG = 0.04
-"""Least length of an edge that is followed to a corner, as a share of the longer side."""
-BENT = math.radians(5.0)
-BESIDE = 3.0
-"""Pixels, and share of the gap, by which two ends may miss one another's line."""
-SEEN = 12.0
-"""Difference in colour across an edge that counts as seen, grey levels."""
-MOSTLY = 0.6
-"""Share of its visible part over which an edge has to be seen."""
-TWIN = 1.5
-"""Distance of two lines that are one, pixels."""
-ALIKE = 45.0
-"""Largest difference in colour on either side of two pieces of one line, grey levels."""
+
+
+@dataclass(frozen=True, slots=True)
+class LineSettings:
+    """Which edges are one line."""
+
+    max_bend_rad: float = math.radians(5.0)  # 0.02..0.3: between two pieces of one line
+    beside_px: float = 3.0  # 1..10: by which two ends may miss one another's line
+    twin_px: float = 1.5  # 0.5..5: between two lines that are one
+
+
+LINE = LineSettings()
 
 
 def lines_through(
@@ -56,6 +54,7 @@ def lines_through(
         return np.zeros((0, 2, 2))
     colours = _sides(photo, ends, ways)
     pairs = []
+    alike_levels = 45.0  # 15..90: on either side of two pieces of one line
     for i in range(len(ends)):
         for j in range(i + 1, len(ends)):
             missed = _missed(ends[i], ways[i], ends[j], ways[j])
@@ -63,7 +62,7 @@ def lines_through(
                 continue
             # Facing one another, the left of one is the right of the other.
             apart = np.abs(colours[i] - colours[j, ::-1]).mean(-1).max()
-            if apart < ALIKE and at_work("straight lines"):
+            if apart < alike_levels and at_work("straight lines"):
                 pairs.append((missed + apart / 8, i, j))
     taken: set[int] = set()
     out = []
@@ -77,7 +76,8 @@ def lines_through(
     if at_work("edges onward"):
         straight = onward(photo, ends[rest], ways[rest], lengths[rest], hole)
     goes_on = (ends[:, None] == straight[None, :, 0]).all(-1).any(1)
-    long = (lengths > LONG * max(hole.shape)) & ~goes_on
+    long_ratio = 0.04  # 0.01..0.2: over the longer side, of an edge that is followed to a corner
+    long = (lengths > long_ratio * max(hole.shape)) & ~goes_on
     free = [
         k
         for k in np.flatnonzero(long).tolist()
@@ -110,8 +110,8 @@ def _from_beside(
 def _on_one(lines: FloatArray, end: FloatArray, way: FloatArray) -> bool:
     """Whether an edge ends on one of the lines (N, 2, 2) and runs along it."""
     return any(
-        abs(float(way @ (b - a))) > math.cos(BENT) * float(np.linalg.norm(b - a))
-        and _along(np.array([a, b]), end[None], BESIDE)
+        abs(float(way @ (b - a))) > math.cos(LINE.max_bend_rad) * float(np.linalg.norm(b - a))
+        and _along(np.array([a, b]), end[None], LINE.beside_px)
         for a, b in lines
     )
 
@@ -126,7 +126,7 @@ def each_once(lines: FloatArray) -> FloatArray:
     return np.array(out).reshape(-1, 2, 2)
 
 
-def _along(line: FloatArray, spots: FloatArray, near: float = TWIN) -> bool:
+def _along(line: FloatArray, spots: FloatArray, near: float = LINE.twin_px) -> bool:
     """Whether spots (N, 2) lie on a line (2, 2), as near as that, pixels."""
     way = (line[1] - line[0]) / max(float(np.linalg.norm(line[1] - line[0])), 1e-9)
     off = spots - line[0]
@@ -152,12 +152,13 @@ def edges_of(
     """
     grey = cv2.GaussianBlur(photo, (0, 0), 1.5).astype(float)
     out: dict[tuple[float, ...], FloatArray] = {}
+    mostly_share = 0.6  # 0.3..0.9: of its visible part over which an edge has to be seen
     for support in supports:
         marked = isinstance(support.shape, Slab) and bool(support.grounding.marked("top"))
         for face in faces_of(support, camera):
             for edge in np.stack([face, np.roll(face, -1, 0)], 1):
                 hidden, seen = along_edge(grey, hole, edge)
-                if hidden and (marked or seen > MOSTLY):
+                if hidden and (marked or seen > mostly_share):
                     ends = sorted((round(x, 3), round(y, 3)) for x, y in edge.tolist())
                     out.setdefault((*ends[0], *ends[1]), edge)
     return np.array(list(out.values())).reshape(-1, 2, 2)
@@ -214,13 +215,15 @@ def _seen_share(grey: FloatArray, along: FloatArray, way: FloatArray) -> float:
         return 0.0
     normal = np.array([-way[1], way[0]]) / max(float(np.linalg.norm(way)), 1e-9)
     step = np.abs(_at(grey, along + 4 * normal) - _at(grey, along - 4 * normal)).mean(-1)
-    return float((step > SEEN).mean())
+    seen_levels = 12.0  # 4..40: across an edge that counts as seen
+    return float((step > seen_levels).mean())
 
 
 def _heading_in(hole: BoolArray, found: Segments) -> tuple[FloatArray, FloatArray]:
     """Ends (N, 2) of edges at the hole and unit directions (N, 2) into it."""
     away = cv2.distanceTransform((~hole).astype(np.uint8), cv2.DIST_L2, 5)
-    near = NEAR * max(hole.shape)
+    near_ratio = 0.03  # 0.005..0.1: over the longer side, from the hole to where an edge ends
+    near = near_ratio * max(hole.shape)
     tips = found.ends.reshape(-1, 2)
     tails = found.ends[:, ::-1].reshape(-1, 2)
     ways = (tips - tails) / np.maximum(np.linalg.norm(tips - tails, axis=1), 1e-9)[:, None]
@@ -249,12 +252,12 @@ def _missed(p: FloatArray, u: FloatArray, q: FloatArray, v: FloatArray) -> float
     """How far two ends miss one another's line, pixels; None where they are not one line."""
     gap = q - p
     length = float(np.linalg.norm(gap))
-    if length < 4 or gap @ u <= 0 or -(u @ v) < math.cos(BENT):
+    if length < 4 or gap @ u <= 0 or -(u @ v) < math.cos(LINE.max_bend_rad):
         return None
     missed = max(
         abs(float(gap[0] * u[1] - gap[1] * u[0])), abs(float(gap[0] * v[1] - gap[1] * v[0]))
     )
-    return missed if missed < BESIDE + 0.03 * length else None
+    return missed if missed < LINE.beside_px + 0.03 * length else None
 
 
 def _within(hole: BoolArray, p: FloatArray, q: FloatArray) -> bool:

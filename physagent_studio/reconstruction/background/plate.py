@@ -34,14 +34,6 @@ from physagent_studio.records.case import Image
 
 FloatArray = NDArray[np.float64]
 FloatImage = NDArray[np.float32]
-NEARBY = 0.006
-"""Gap between two holes that are filled as one, as a share of the picture's longer side."""
-FOOT = 0.12
-"""How much of what grows, from below, keeps what is beside it."""
-SPRAY = 4
-"""How much wider than others' the outline of what grows is: single leaves and twigs are there."""
-SLIT = 5
-"""Widest slit between a thing and its shade, pixels."""
 NO_LINES: FloatArray = np.zeros((0, 2, 2))
 Inpaint = Callable[[Image, BoolArray], Image]
 """Fills a hole (H, W) of a picture (H, W, 3) from what is around it."""
@@ -104,8 +96,12 @@ def taken_out(
     loose = [mask for mask in masks if not any(mask is other for other in rooted)]
     hole = hole_of(loose, photo.shape[:2])
     feet = _feet(rooted, hole.shape)
+    # 1..8: of the outline's width, of what grows: single leaves and twigs are there
+    spray_factor = 4
     for mask in rooted:
-        beside = grow(mask, _rim(hole.shape)) | (grow(mask, SPRAY * _rim(hole.shape)) & ~feet)
+        beside = grow(mask, _rim(hole.shape)) | (
+            grow(mask, spray_factor * _rim(hole.shape)) & ~feet
+        )
         # Right below, the foot goes on into the ground, and stays there.
         beside[bounds(mask)[3] if mask.any() else 0 :] = False
         hole |= beside
@@ -119,19 +115,21 @@ def taken_out(
     if not at_work("cast shadows"):
         return hole
     shade = shaded(photo, loose, hole, faces)
+    slit_px = 5  # 0..12: widest slit between a thing and its shade
     # The darkest shade is a line right at the foot: none of it shall be left between the two.
     if at_work("slits"):
-        shade |= grow(shade, SLIT) & grow(hole, SLIT)
+        shade |= grow(shade, slit_px) & grow(hole, slit_px)
     return hole | shade
 
 
 def _feet(rooted: Sequence[BoolArray], shape: tuple[int, ...]) -> BoolArray:
     """(H, W) where what grows goes into the ground, with what grows beside it."""
     out = np.zeros(shape, bool)
+    foot_share = 0.12  # 0.03..0.4: of what grows, from below, that keeps what is beside it
     for mask in rooted:
         if mask.any():
             _, y0, _, y1 = bounds(mask)
-            out[y1 - round(FOOT * (y1 - y0)) :] = True
+            out[y1 - round(foot_share * (y1 - y0)) :] = True
     return out
 
 
@@ -176,7 +174,9 @@ def fill(
 
 def _apart(hole: BoolArray) -> list[BoolArray]:
     """The hole's pieces; those that nearly touch are one."""
-    close = grow(hole, max(2, round(NEARBY * max(hole.shape))))
+    # 0.001..0.03: over the longer side, between two holes that are filled as one
+    nearby_ratio = 0.006
+    close = grow(hole, max(2, round(nearby_ratio * max(hole.shape))))
     count, labels = cv2.connectedComponents(close.astype(np.uint8))
     return [hole & (labels == k) for k in range(1, count)]
 

@@ -42,6 +42,7 @@ class Mesh:
     uv: (V, 2) float64 pixels in `texture`, (0, 0) its top left corner; None without texture.
     texture: (h, w, 3) uint8 RGB, or None. color: RGB 0–255 where there is no texture.
     shading: the light that the texture is without; None where it carries the photo's own.
+    solid: vertices and faces of what collides; None where that is what is drawn.
     """
 
     vertices: FloatArray
@@ -50,6 +51,12 @@ class Mesh:
     texture: Image | None = None
     color: tuple[int, int, int] = (160, 160, 160)
     shading: Shading | None = None
+    solid: tuple[FloatArray, IntArray] | None = None
+
+    @property
+    def colliding(self) -> Mesh:
+        """The surface that collides, without a look of its own where it has none."""
+        return self if self.solid is None else Mesh(*self.solid)
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -177,6 +177,8 @@ def _mesh_arrays(key: str, mesh: Mesh) -> dict[str, NDArray[Any]]:
         arrays[f"{key}/texture"] = np.frombuffer(png(mesh.texture), np.uint8)
     if mesh.shading is not None and mesh.shading.gloss is not None:
         arrays[f"{key}/gloss"] = mesh.shading.gloss
+    if mesh.solid is not None:
+        arrays[f"{key}/solid_vertices"], arrays[f"{key}/solid_faces"] = mesh.solid
     return arrays
 
 
@@ -187,6 +189,7 @@ def _meshes(
     for name in names:
         key = f"{room}/{name}" if room else ""
         texture = arrays.get(f"{key}/texture")
+        solid = [arrays.get(f"{key}/solid_{part}") for part in ("vertices", "faces")]
         meshes[name] = Mesh(
             vertices=arrays[f"{key}/vertices"],
             faces=arrays[f"{key}/faces"],
@@ -195,6 +198,7 @@ def _meshes(
             color=(colors[name][0], colors[name][1], colors[name][2]),
             # Scenes of before have none.
             shading=_shading(arrays, key, meta.get("shadings", {}).get(key)),
+            solid=None if solid[0] is None or solid[1] is None else (solid[0], solid[1]),
         )
     return MappingProxyType(meshes)
 

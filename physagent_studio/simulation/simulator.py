@@ -144,8 +144,14 @@ class Simulator:
     ) -> tuple[str, Compiled]:
         """The structure of the scene: shapes, supports and who may be fixed; and its hash."""
         scene = program.scene
+        # What breaks or gives way does so as it is drawn.
+        colliding = {
+            item.name: mesh.colliding if isinstance(item.body, Rigid) else mesh
+            for item in scene.objects
+            if (mesh := meshes.get(item.name)) is not None
+        }
         solids = tuple(
-            on_wheels(self._solid(item.name, item.shape, meshes.get(item.name)), item)
+            on_wheels(self._solid(item.name, item.shape, colliding.get(item.name)), item)
             for item in scene.objects
         )
         fixed = frozenset(a.name for a in program.event.actions if isinstance(a, FixObject))
@@ -155,7 +161,7 @@ class Simulator:
         for item, solid in zip(scene.objects, solids, strict=True):
             assert item.shape is not None
             shape = item.shape.model_dump_json()
-            parts += [item.name, shape, self._digest(meshes.get(item.name))]
+            parts += [item.name, shape, self._digest(colliding.get(item.name))]
             parts += [repr(rim) for rim in solid.rims]
             if not isinstance(item.body, Rigid):
                 # Nodes, grains and pieces are compiled where they start.

@@ -111,6 +111,7 @@ def test_scenes_survive_the_round_trip(tmp_path: Path) -> None:
             built=(0.6, 0.8, 0.0, 0.0),
             gloss=np.arange(256, dtype=np.uint8).reshape(16, 16),
         ),
+        solid=(2 * np.eye(3), np.array([[2, 1, 0]], np.int32)),
     )
     plain = Mesh(vertices=np.eye(3), faces=np.array([[0, 1, 2]], np.int32), color=(1, 2, 3))
     scene = Scene(
@@ -140,6 +141,11 @@ def test_scenes_survive_the_round_trip(tmp_path: Path) -> None:
     assert np.array_equal(texture, mesh.texture)
     assert back.support_meshes["floor"].color == (1, 2, 3)
     assert back.support_meshes["floor"].shading is None
+    assert back.support_meshes["floor"].solid is None
+    solid = back.meshes["ball"].solid
+    assert solid is not None
+    assert np.array_equal(solid[0], 2 * np.eye(3))
+    assert solid[1].tolist() == [[2, 1, 0]]
     light, given = back.meshes["ball"].shading, mesh.shading
     assert light is not None
     assert given is not None

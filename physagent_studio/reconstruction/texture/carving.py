@@ -33,27 +33,6 @@ CARVED = ("inflated",)
 axis has no openings, and would be torn at its far rim."""
 
 
-def carved(sight: Sight, item: SceneObject, mesh: Mesh) -> Mesh:
-    """The mesh (body frame) without what would cover the openings that the mask shows.
-
-    A body laid out deep from its silhouette closes them behind: legs, spokes, a backrest. What
-    projects beside the mask at the first pose, front and back, is not drawn; it still collides.
-    """
-    if item.shape is None or item.shape.kind not in CARVED or not at_work("outline carving"):
-        return mesh
-    told = sight.mask | ~sight.free
-    finer = mesh
-    max_halvings = 4  # count, 1..8: of a face across the mask's outline; each doubles the work
-    for _ in range(max_halvings):
-        pixels = sight.camera.project(in_world(item, finer))[0]
-        finer = _halved(finer, _across(told, pixels, finer.faces))
-    world = in_world(item, finer)
-    kept = looked_up(told, sight.camera.project(world)[0][finer.faces].mean(axis=1))
-    mask = sight.mask & sight.free
-    before, after = (iou(sight.drawn(world, f), mask) for f in (finer.faces, finer.faces[kept]))
-    return replace(finer, faces=finer.faces[kept]) if after > before + FITTING.min_gain else mesh
-
-
 SMOOTH = (*WHOLE, *LEFT, *FLAT)
 """Kinds that have no parts beside them: what a mask shows beside a ball or a box is wrong."""
 
@@ -65,10 +44,36 @@ class PartSettings:
     enough_iou: float = 0.97  # IoU, 0.9..1: with its mask, from which nothing is missing
     # 0.001..0.05: of the mask: smaller parts beside the body are its rough rim
     min_share: float = 0.004
+    # IoU, 0.6..0.95: with its mask, below which what is laid out deep is mostly openings
+    open_iou: float = 0.85
     overlap_px: int = 2  # 0..6: by which a part goes on into what is drawn
 
 
 PART = PartSettings()
+
+
+def carved(sight: Sight, item: SceneObject, mesh: Mesh) -> Mesh:
+    """The mesh (body frame) without what would cover the openings that the mask shows.
+
+    A body laid out deep from its silhouette closes them behind: legs, spokes, a backrest. What
+    projects beside the mask at the first pose, front and back, is not drawn; it still collides.
+    Where that is much of it, shreds would be left: then the mask itself is drawn as a round sheet.
+    """
+    if item.shape is None or item.shape.kind not in CARVED or not at_work("outline carving"):
+        return mesh
+    if iou(sight.drawn(in_world(item, mesh), mesh.faces), sight.mask & sight.free) < PART.open_iou:
+        return _sheet(sight, item, mesh)
+    told = sight.mask | ~sight.free
+    finer = mesh
+    max_halvings = 4  # count, 1..8: of a face across the mask's outline; each doubles the work
+    for _ in range(max_halvings):
+        pixels = sight.camera.project(in_world(item, finer))[0]
+        finer = _halved(finer, _across(told, pixels, finer.faces))
+    world = in_world(item, finer)
+    kept = looked_up(told, sight.camera.project(world)[0][finer.faces].mean(axis=1))
+    mask = sight.mask & sight.free
+    before, after = (iou(sight.drawn(world, f), mask) for f in (finer.faces, finer.faces[kept]))
+    return replace(finer, faces=finer.faces[kept]) if after > before + FITTING.min_gain else mesh
 
 
 def with_parts(sight: Sight, item: SceneObject, mesh: Mesh) -> Mesh:
@@ -87,15 +92,29 @@ def with_parts(sight: Sight, item: SceneObject, mesh: Mesh) -> Mesh:
     lost = _wide_parts(mask & ~drawn, PART.min_share * np.count_nonzero(mask))
     if not lost.any():
         return mesh
-    lost = grow(lost, PART.overlap_px) & mask
-    vertices, faces = sheet_on_plane(lost, sight.camera, np.asarray(item.position))
+    part = _laid(sight, item, grow(lost, PART.overlap_px) & mask, world)
+    faces = np.vstack([mesh.faces, part.faces + len(world)]).astype(np.int32)
+    whole = replace(mesh, vertices=np.vstack([mesh.vertices, part.vertices]), faces=faces)
+    gain = iou(sight.drawn(in_world(item, whole), faces), mask) - before
+    return whole if gain > FITTING.min_gain else mesh
+
+
+def _sheet(sight: Sight, item: SceneObject, mesh: Mesh) -> Mesh:
+    """The mask as a round sheet, where that covers it better than the mesh does."""
+    mask, world = sight.mask & sight.free, in_world(item, mesh)
+    sheet = _laid(sight, item, mask, world)
+    before = iou(sight.drawn(world, mesh.faces), mask)
+    after = iou(sight.drawn(in_world(item, sheet), sheet.faces), mask)
+    return sheet if after > before + FITTING.min_gain else mesh
+
+
+def _laid(sight: Sight, item: SceneObject, area: BoolArray, world: FloatArray) -> Mesh:
+    """A region (H, W) as a round sheet (body frame) on the upright plane through the middle of a
+    thing, or as near as its foot lets it be. world: (V, 3) vertices of its body."""
+    vertices, faces = sheet_on_plane(area, sight.camera, np.asarray(item.position))
     vertices = _above(sight, vertices, world)
-    whole = np.vstack([world, vertices])
-    faces = np.vstack([mesh.faces, faces + len(world)]).astype(np.int32)
-    if iou(sight.drawn(whole, faces), mask) <= before + FITTING.min_gain:
-        return mesh
     body = (vertices - np.asarray(item.position)) @ matrix_of(item.rotation)
-    return replace(mesh, vertices=np.vstack([mesh.vertices, body]), faces=faces)
+    return Mesh(body, faces.astype(np.int32))
 
 
 def _wide_parts(area: BoolArray, least: float) -> BoolArray:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -37,16 +38,14 @@ def skinned(
     assert camera is not None
     shown = [item for item in state.objects if item.name in bodies and item.name in masks]
     sights = sights_of(camera, masks, shown, bodies, state.supports)
-    return {
-        item.name: textured(
-            photo,
-            _own(item.name, masks),
-            camera,
-            item,
-            _look(sights[item.name], item, bodies[item.name]),
-        )
-        for item in shown
-    }
+    out = {}
+    for item in shown:
+        body = covering(sights[item.name], item, bodies[item.name])
+        look = with_parts(sights[item.name], item, carved(sights[item.name], item, body))
+        skin = textured(photo, _own(item.name, masks), camera, item, look)
+        solid = None if look is body else (body.vertices, body.faces)
+        out[item.name] = replace(skin, solid=solid)
+    return out
 
 
 def _own(name: str, masks: Mapping[str, BoolArray]) -> BoolArray:
@@ -60,10 +59,6 @@ def _own(name: str, masks: Mapping[str, BoolArray]) -> BoolArray:
     fringe_px = 3  # 0..10: beside another thing, where colours are not all a thing's own
     own = masks[name] & ~grow(np.any(others, axis=0), fringe_px)
     return own if np.count_nonzero(own) > np.count_nonzero(masks[name]) / 2 else masks[name]
-
-
-def _look(sight: Sight, item: SceneObject, body: Mesh) -> Mesh:
-    return with_parts(sight, item, carved(sight, item, covering(sight, item, body)))
 
 
 def sights_of(

@@ -124,6 +124,9 @@ def test_openings_between_legs_stay_open() -> None:
     sights = sights_of(CAMERA, {"stool": shown}, (item,), {"stool": mesh}, ())
     look = carved(sights["stool"], item, mesh)
     assert iou(seen, shown) < 0.8
+    # No shreds are left of its depth: every edge joins two faces.
+    edges = np.sort(look.faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
+    assert (np.unique(edges, axis=0, return_counts=True)[1] == 2).all()
     drawn = silhouette(CAMERA, in_world(item, look), look.faces)
     assert np.count_nonzero(drawn & ~shown) < 0.03 * np.count_nonzero(shown)
     assert np.count_nonzero(drawn & shown) > 0.97 * np.count_nonzero(seen & shown)

@@ -97,6 +97,19 @@ def test_a_ball_rolls_through_under_the_table_and_not_through_its_leg():
             assert np.abs(run.positions[-1, 0] - run.positions[0, 0]).max() < 1e-3
 
 
+def test_what_is_drawn_thin_collides_as_deep_as_it_is():
+    block, thin = box_surface((0.2, 0.2, 0.2)), box_surface((0.2, 0.01, 0.2))
+    look = Mesh(*thin, solid=block)
+    item = thing("block", Inflated(size=(0.2, 0.2, 0.2)), (0, 0, 0.1), density=700)
+    ball = thing("ball", Sphere(radius=0.05), (0, -0.6, 0.05), density=100)
+    go = SetVelocity(id="go", name="ball", velocity=(0, 1.0, 0))
+    scene = program([item, ball], [ground()], [go], seconds=1.0)
+    runs = [simulate(scene, {"block": mesh}) for mesh in (look, Mesh(*block), Mesh(*thin))]
+    assert np.array_equal(runs[0].positions, runs[1].positions)
+    nearest = [float(run.positions[:, 1, 1].max()) for run in runs]
+    assert nearest[0] < -0.14 < nearest[2]
+
+
 def test_parts_that_share_nothing_are_pieces_of_their_own():
     mesh = _joined([((0, 0, 0.2), (0.6, 0.3, 0.04)), ((-0.25, -0.1, 0), (0.04, 0.04, 0.36))])
     assert len(carved((mesh.vertices, mesh.faces))) == 2

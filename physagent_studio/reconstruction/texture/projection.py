@@ -48,8 +48,6 @@ class _Look(IntEnum):
     COPIED = 3
     CARRIED = 4
     ACROSS = 5
-    BEHIND = 6
-    AROUND = 7
 
 
 RINGS = {
@@ -57,8 +55,6 @@ RINGS = {
     _Look.LED: PROJECTION.thin_ring_ratio,
     _Look.CARRIED: PROJECTION.thin_ring_ratio,
     _Look.ACROSS: PROJECTION.thin_ring_ratio,
-    _Look.BEHIND: PROJECTION.thin_ring_ratio,
-    _Look.AROUND: PROJECTION.thin_ring_ratio,
 }
 """The rings that give way to what lies inside of them."""
 
@@ -118,6 +114,9 @@ def _elsewhere(
     camera: Camera, item: SceneObject, mask: BoolArray, mesh: Mesh
 ) -> dict[int, tuple[BoolArray, FloatArray]]:
     """By kind the faces (F,) that show what is elsewhere on the body, and where (V, 3) that is."""
+    parts = opposite_parts(camera, item, mesh)
+    if parts:
+        return dict(zip((_Look.SEEN, _Look.ACROSS, _Look.CARRIED), parts, strict=True))
     found = {
         _Look.LED: turned_sides(camera, item, mesh.vertices, mesh.faces),
         _Look.COPIED: opposite_sides(camera, item, mesh),
@@ -127,9 +126,6 @@ def _elsewhere(
     if straight is not None:
         sides, back, places = straight
         found |= {_Look.CARRIED: (sides, places), _Look.COPIED: (back, places)}
-    opposite = opposite_parts(camera, item, mesh)
-    looks = (_Look.ACROSS, _Look.BEHIND, _Look.AROUND, _Look.CARRIED)
-    found |= dict(zip(looks, opposite, strict=False))
     return {kind: own for kind, own in found.items() if own is not None}
 
 

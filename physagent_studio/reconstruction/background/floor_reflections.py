@@ -21,7 +21,8 @@ class MirrorSettings:
     """What is taken for a mirror image."""
 
     off_px: int = 3  # 1..8: inside and outside of the outline, where colours are compared
-    clear_lab: float = 2.8  # 1..8: L*a*b* between the two, at least
+    clear_lab: float = 1.6  # 1..8: L*a*b* between the two, at least
+    one_way_share: float = 0.9  # 0.5..1: of its rows on which the two differ the same way
     better_factor: float = 2.2  # 1.2..5: over the same outline somewhere beside
     # -2..2: of the thing's width, where that is
     beside_ratios: tuple[float, ...] = (-1.1, -0.8, -0.5, 0.5, 0.8, 1.1)
@@ -91,7 +92,7 @@ def _in_window(lab: FloatImage, mask: BoolArray, covered: BoolArray) -> _Mirrore
         return best
     for step in MIRROR.step_ratios:
         image = _upside_down(mask, y1 + round(step * high))
-        own = _contrast(lab, image, covered, low)
+        own = _contrast(lab, image, covered, low, MIRROR.one_way_share)
         if own < MIRROR.clear_lab / 2:
             continue
         beside = max(
@@ -121,8 +122,13 @@ def _shifted(mask: BoolArray, by: int) -> BoolArray:
     return out
 
 
-def _contrast(lab: FloatImage, shape: BoolArray, covered: BoolArray, low: int) -> float:
-    """How much the two sides of an outline differ below a row, the same way all along it."""
+def _contrast(
+    lab: FloatImage, shape: BoolArray, covered: BoolArray, low: int, one_way: float = 0.0
+) -> float:
+    """How much the two sides of an outline differ below a row.
+
+    0 where they do not differ the same way on this share of its rows: an image ends all along it.
+    """
     solid = shape.astype(np.uint8)
     inner = solid - cv2.erode(solid, np.ones((2 * MIRROR.off_px + 1,) * 2, np.uint8))
     outer = cv2.dilate(solid, np.ones((2 * MIRROR.off_px + 1,) * 2, np.uint8)) - solid
@@ -136,4 +142,8 @@ def _contrast(lab: FloatImage, shape: BoolArray, covered: BoolArray, low: int) -
     rows = [np.nonzero(side.any(1))[0] for side in sides]
     both = np.intersect1d(rows[0], rows[1])
     steps = [lab[row][sides[0][row]].mean(0) - lab[row][sides[1][row]].mean(0) for row in both]
-    return float(np.linalg.norm(np.median(steps, axis=0))) if len(steps) > 8 else 0.0
+    if len(steps) <= 8:
+        return 0.0
+    usual = np.median(steps, axis=0)
+    alike = np.array(steps) @ usual > 0.25 * (usual @ usual)
+    return float(np.linalg.norm(usual)) if alike.mean() >= one_way else 0.0

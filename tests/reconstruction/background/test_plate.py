@@ -149,6 +149,10 @@ def test_what_polished_ground_mirrors_leaves_with_its_thing():
     matt = _rgb(np.where(mask[..., None], (60, 40, 30), truth))
     assert mirrored(polished, [mask])[image & (y < 215)].mean() > 0.95
     assert not mirrored(matt, [mask]).any()
+    # What differs now one way and now the other along the same outline is painted there.
+    painted = truth - 40 * soft * np.where(y % 18 < 12, 1, -1)[..., None]
+    photo = _rgb(np.where(mask[..., None], (60, 40, 30), painted))
+    assert not mirrored(photo, [mask]).any()
     # A mask that holds the beginning of the image as well does not hide the rest.
     low = mask | (image & (y < 148))
     assert mirrored(polished, [low])[image & (y > 152) & (y < 210)].mean() > 0.95

@@ -100,7 +100,7 @@ def plan_seen(
         return chosen
     # Where its roof begins above that side is told by how steeply one looks down, and by no corner.
     unsure = 0.0 if camera.confirmed else camera.horizon_sigma or 0.0
-    return replace(chosen, shown=chosen.shown and unsure <= PRISM.unsure_ratio * camera.focal)
+    return replace(chosen, shown=unsure <= PRISM.unsure_ratio * camera.focal)
 
 
 def cut_off(mask: BoolArray) -> bool:
@@ -185,7 +185,7 @@ def _rectangle(
     if not (length > 0 and width > 0):
         return None
     high = np.array([along, across])
-    return Plan(axes, high - (length, width), high, strange, short_seen)
+    return Plan(axes, high - (length, width), high, strange)
 
 
 def _end(along: float, length: float, across: float, aside: FloatArray, slim: float) -> float:

@@ -24,7 +24,7 @@ from physagent_studio.program.scene.state import (
 )
 from physagent_studio.reconstruction.camera.rays import metres_per_pixel, on_plane, on_upright
 from physagent_studio.reconstruction.photo.line_segments import Segments
-from physagent_studio.reconstruction.photo.regions import BoolArray, bounds, iou
+from physagent_studio.reconstruction.photo.regions import BoolArray, bounds, iou, solidity
 from physagent_studio.reconstruction.shapes.inflation import (
     inflated_mesh,
     natural_depth,
@@ -49,6 +49,8 @@ class FormSettings:
 
     revolved_cost: float = 0.04  # IoU, 0..0.2: a surface of revolution has to win by: it fits much
     inflated_cost: float = 0.07  # IoU, 0..0.2: an inflated mask has to win by: it fits anything
+    # share, 0.4..0.9: of the hull around its mask, of what stands over its footprint
+    min_solidity: float = 0.7
     min_turned_iou: float = 0.9  # IoU, 0.7..1: with its mask, of what stands over its footprint
     # 0.2..1: usual depth over the round one: flatter things show no sides
     min_straight_ratio: float = 0.6
@@ -268,8 +270,11 @@ def _inflated_form(camera: Camera, mask: BoolArray, base: Base, usual: Usual) ->
 
 
 def _turned_form(camera: Camera, mask: BoolArray, base: Base, usual: Usual) -> Form | None:
-    """The mask over the footprint that is seen; None for what has no wheels, or shows none."""
-    if not usual.drives or base.free_z or base.hold >= 1:
+    """The mask over the footprint that is seen; None for what has no wheels, or shows none.
+
+    What has gaps, as a bicycle has, is no prism.
+    """
+    if not usual.drives or base.free_z or base.hold >= 1 or solidity(mask) < FORM.min_solidity:
         return None
     aspect = usual.aspect[0] if usual.aspect else None
     plan = plan_seen(mask, camera, base.z, usual.depth, aspect)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from physagent_studio.reconstruction.background.ground_tones import Tones
 from physagent_studio.reconstruction.background.surfaces import under
-from physagent_studio.reconstruction.photo.regions import BoolArray, bounds, grow, without_pinholes
+from physagent_studio.reconstruction.photo.regions import BoolArray, bounds, grow
 from physagent_studio.reconstruction.switches import at_work
 from physagent_studio.records.case import Image
 
@@ -39,8 +39,6 @@ DEEPER = (1.0, 1.7, 2.6)
 painted patch, with shade upon it."""
 BARE = (0.7, 0.4, 0.4)
 """Share of the rim of a shade that has the ground's colour, at least, in each try."""
-POCKET = 0.1
-"""Largest gap in shade that belongs to it, as a share of it."""
 GAP = 0.01
 """Largest gap between a thing and what it stands on, as a share of the picture's longer side."""
 SOLE = 0.4
@@ -185,7 +183,7 @@ def _shade(place: _Place, tones: Tones, times: float) -> BoolArray:
     wide = mine
     for _ in range(max(2, side // 4) if times == 1 else 2):
         wide = mine | (grow(wide, 1) & faint)
-    return without_pinholes(grow(wide, 1) & near | place.inside, POCKET) & near
+    return grow(wide, 1) & near
 
 
 def _faint(tones: Tones) -> BoolArray:

@@ -16,37 +16,19 @@ from physagent_studio.reconstruction.switches import at_work
 from physagent_studio.records.case import Image
 
 FloatImage = NDArray[np.float32]
-SIDE = 208
-"""Longer side of the picture in which shade is looked for."""
-SMALLEST = 40
-"""Size of a thing in it, at least, pixels: what is smaller there throws no shade to be seen."""
-DARKER = 7.0
-"""How much darker than lit ground shade is at least, in L* of 0 … 100."""
-FAINT = 1.6
-"""The same at its faint rim."""
-GRAINS = (3.0, 1.0)
-"""The same in units of how uneven the lit ground is itself."""
-FADES = 0.94
-"""By how much fainter it gets from pixel to pixel where shade is told from paint."""
-REACH = 1.5
-"""How far from a thing its shade is looked for, in sizes of it."""
-GLOW = (6.0, 3.0)
-"""How much of the thing's colour lies on ground that it shines on, in a*, b*; at its faint rim."""
-SEED = 5
-"""Pixels that are surely shade, at least, for there to be any."""
-DEEPER = (1.0, 1.7, 2.6)
-"""How many times as dark shade has to be, from one try to the next: what ends at paint may be a
-painted patch, with shade upon it."""
-BARE = (0.7, 0.4, 0.4)
-"""Share of the rim of a shade that has the ground's colour, at least, in each try."""
-GAP = 0.01
-"""Largest gap between a thing and what it stands on, as a share of the picture's longer side."""
-SOLE = 0.4
-"""How much of a thing, from below, may touch what it stands on, in its widths."""
-ON = 0.4
-"""Share of the narrower one's width over which it does, at least."""
-ABOVE = (0.3, 1.0)
-"""Shade begins this share of a thing's height above its foot, and ends below that one."""
+
+
+@dataclass(frozen=True, slots=True)
+class ShadeSettings:
+    """What is taken for the shade of a thing."""
+
+    # 0.5..6: over how uneven lit ground is itself, of the darkness of shade and of its faint rim
+    grain_ratios: tuple[float, float] = (3.0, 1.0)
+    # 1..20: of the thing's colour on ground that it shines on, and at its faint rim
+    glow_lab: tuple[float, float] = (6.0, 3.0)
+
+
+SHADE = ShadeSettings()
 
 
 def shaded(
@@ -75,7 +57,10 @@ def _of_one(
 ) -> BoolArray:
     """(H, W) shade of one thing, looked for in a smaller picture in which it is not too small."""
     x0, y0, x1, y1 = bounds(mask)
-    factor = min(1.0, max(SIDE / max(hole.shape), SMALLEST / max(x1 - x0, y1 - y0)))
+    longer_px = 208  # 100..400: side of the picture in which shade is looked for
+    # 0..100: size of a thing in it: what is smaller there throws no shade to be seen
+    smallest_px = 40
+    factor = min(1.0, max(longer_px / max(hole.shape), smallest_px / max(x1 - x0, y1 - y0)))
     size = (max(8, round(hole.shape[1] * factor)), max(8, round(hole.shape[0] * factor)))
     small = cv2.resize(photo, size, interpolation=cv2.INTER_AREA).astype(np.float32) / 255
     lab = np.asarray(cv2.cvtColor(cv2.GaussianBlur(small, (0, 0), 1.0), cv2.COLOR_RGB2LAB), "f4")
@@ -108,13 +93,17 @@ def tops_of(masks: Sequence[BoolArray]) -> list[int]:
 def _stands_on(upper: BoolArray, lower: BoolArray) -> bool:
     x0, _, x1, y1 = bounds(upper)
     left, _, right, _ = bounds(lower)
-    gap = max(3, round(GAP * max(upper.shape)))
+    gap_ratio = 0.01  # 0.002..0.05: over the longer side, between a thing and what it stands on
+    gap = max(3, round(gap_ratio * max(upper.shape)))
     sole = upper.copy()
-    sole[: y1 - max(1, round(SOLE * (x1 - x0)))] = False
+    # 0.1..1: over its width, how much of a thing, from below, may touch what it stands on
+    sole_ratio = 0.4
+    sole[: y1 - max(1, round(sole_ratio * (x1 - x0)))] = False
     beneath = np.zeros_like(lower)
     beneath[gap:] = sole[:-gap]
     touching = (beneath & lower).any(0)
-    return bool(touching.sum() > ON * min(x1 - x0, right - left))
+    on_share = 0.4  # 0.1..0.9: of the narrower one's width over which it does, at least
+    return bool(touching.sum() > on_share * min(x1 - x0, right - left))
 
 
 def _reduced(faces: NDArray[np.int64], size: tuple[int, int]) -> NDArray[np.int64]:
@@ -132,16 +121,23 @@ def _around(
     x0, y0, x1, y1 = bounds(own)
     side = max(x1 - x0, y1 - y0)
     rows = np.arange(own.shape[0])[:, None] * np.ones(own.shape[1])
-    low = rows >= y1 - round(ABOVE[0] * (y1 - y0))
-    ground = (rows >= y1 - round(ABOVE[1] * (y1 - top))) & theirs
-    reach = round(REACH * max(side, y1 - top))
+    # 0.1..2: of a thing's height over its foot, where shade begins, and ends
+    above_shares = (0.3, 1.0)
+    low = rows >= y1 - round(above_shares[0] * (y1 - y0))
+    ground = (rows >= y1 - round(above_shares[1] * (y1 - top))) & theirs
+    reach_ratio = 1.5  # 0.5..4: over a thing's size, how far from it its shade is looked for
+    reach = round(reach_ratio * max(side, y1 - top))
     near = ground & grow(own, reach) & ~inside
     far = low & theirs & grow(own, round(1.2 * side)) & ~grow(own, round(0.25 * side)) & ~inside
     if np.count_nonzero(far) < 30 or not near.any():
         return np.zeros_like(own)
     tones = Tones.of(lab, far | (near & low), own)
     place = _Place(own, inside, near, ground & ~inside, low)
-    for times, bare in zip(DEEPER, BARE, strict=True):
+    # 1..5: of darkness, from one try to the next: painted patches may have shade
+    deeper_ratios = (1.0, 1.7, 2.6)
+    # 0.1..1: of a shade's rim that has the ground's colour, at least, in each try
+    bare_shares = (0.7, 0.4, 0.4)
+    for times, bare in zip(deeper_ratios, bare_shares, strict=True):
         if times > 1 and not at_work("deeper shade"):
             break
         found = _shade(place, tones, times)
@@ -168,15 +164,17 @@ def _shade(place: _Place, tones: Tones, times: float) -> BoolArray:
     x0, y0, x1, y1 = bounds(own)
     side = max(x1 - x0, y1 - y0)
     theirs = near & (tones.which >= 0)
+    darker_lab = 7.0  # 3..20: L*, by which shade is darker than lit ground at least
     # No tile is darker than the dark ones of a pattern, but in shade.
-    pattern = np.minimum(GRAINS[0] * tones.uneven, tones.darkest + DARKER)
-    deep = tones.darker > times * np.maximum(DARKER, pattern)
-    deep |= tones.glow > times * GLOW[0]
+    pattern = np.minimum(SHADE.grain_ratios[0] * tones.uneven, tones.darkest + darker_lab)
+    deep = tones.darker > times * np.maximum(darker_lab, pattern)
+    deep |= tones.glow > times * SHADE.glow_lab[0]
     # Pixels along an edge are of both its colours, and like neither in shade: thin lines are none.
     wide = ((theirs & deep) | place.inside).astype(np.uint8)
     wide = cv2.morphologyEx(wide, cv2.MORPH_OPEN, np.ones((3, 3), np.uint8)) > 0
     mine = _joined_to(theirs & deep & wide, own | place.inside, own, place.low)
-    if np.count_nonzero(mine) < SEED:
+    seed_px = 5  # count, 2..30: that are surely shade, for there to be any
+    if np.count_nonzero(mine) < seed_px:
         return np.zeros_like(own)
     # Shade fades out: its faint rim belongs to it.
     faint = theirs & _faint(tones)
@@ -189,8 +187,9 @@ def _shade(place: _Place, tones: Tones, times: float) -> BoolArray:
 def _faint(tones: Tones) -> BoolArray:
     """(H, W) where it is as dark as the faint rim of a shade at least."""
     smooth, tinged = (np.asarray(cv2.blur(v, (3, 3))) for v in (tones.darker, tones.glow))
-    dark = smooth > np.maximum(FAINT, GRAINS[1] * tones.uneven)
-    return np.asarray(dark | (tinged > GLOW[1]))
+    faint_lab = 1.6  # 0.5..5: L*, of its faint rim
+    dark = smooth > np.maximum(faint_lab, SHADE.grain_ratios[1] * tones.uneven)
+    return np.asarray(dark | (tinged > SHADE.glow_lab[1]))
 
 
 def _faded(shade: BoolArray, place: _Place, tones: Tones) -> BoolArray:
@@ -200,10 +199,12 @@ def _faded(shade: BoolArray, place: _Place, tones: Tones) -> BoolArray:
     faint = place.near & _faint(tones) & (tones.which == main)
     x0, y0, x1, y1 = bounds(place.own)
     out = shade
+    # 0.8..1: by which it gets fainter from pixel to pixel where it is told from paint
+    fades_ratio = 0.94
     for _ in range(max(x1 - x0, y1 - y0) // 4):
         count = cv2.blur(out.astype(np.float32), (3, 3))
         beside = cv2.blur(np.where(out, smooth, 0).astype(np.float32), (3, 3))
-        out = out | (grow(out, 1) & faint & (smooth * count < FADES * beside))
+        out = out | (grow(out, 1) & faint & (smooth * count < fades_ratio * beside))
     return out
 
 

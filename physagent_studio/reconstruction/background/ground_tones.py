@@ -13,26 +13,25 @@ from physagent_studio.reconstruction.photo.regions import BoolArray
 
 FloatImage = NDArray[np.float32]
 FloatArray = NDArray[np.float64]
-MOST = 3
-"""Colours that are told apart."""
-APART = 12.0
-"""Least difference between two of them, in a*, b*."""
-LEAST = 0.08
-"""Share of the ground that a colour has, at least."""
-TINT = 9.0
-"""How far a pixel may be from a ground's colour for its lightness, in a*, b*."""
-BOUNCE = 1.0
-"""The same for each L* of darkness: there, light thrown back by the thing is most of it."""
-SHINE = 14.0
-"""How far light from the thing may colour ground that is not dark, in a*, b*."""
-GRAIN = 3.0
-"""How often the usual stray of the ground's own colour is taken off what may be the thing's."""
-DARKEST = 95.0
-"""Percentile of the darkness of ground that stands for its pattern: little of it is in shade."""
-AROUND = 4.0
-"""Standard deviation, in pixels, of what ground is around a place."""
-ALIGNED = 0.8
-"""Cosine between what a colour is off and the way to the thing's colour, for light from it."""
+
+
+@dataclass(frozen=True, slots=True)
+class ToneSettings:
+    """How the colours of ground are told apart, and what lies on them."""
+
+    tint_lab: float = 9.0  # 3..20: a*, b*, of a pixel from a ground's colour for its lightness
+    # 0..3: the same for each L* of darkness: there it is light thrown back
+    bounce_ratio: float = 1.0
+    # 5..40: a*, b*, by which the thing's light may colour ground that is not dark
+    max_shine_lab: float = 14.0
+    # 1..6: of the usual stray of the ground's own colour, taken off the thing's
+    grain_factor: float = 3.0
+    darkest_percent: float = 95.0  # 80..100: of ground by its darkness: that of its pattern
+    # cosine, 0.5..1: between what a colour is off and the thing's, for light from it
+    aligned_cosine: float = 0.8
+
+
+TONE = ToneSettings()
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -69,16 +68,17 @@ class Tones:
             tint = _own_tint(lab, own, lit)
             toward = off @ tint
             # Ground that is of more than one colour itself is not lit by the thing for that.
-            toward -= GRAIN * float(np.median(np.abs(toward[part])))
-            aligned = off @ tint > ALIGNED * np.linalg.norm(off, axis=-1)
+            toward -= TONE.grain_factor * float(np.median(np.abs(toward[part])))
+            aligned = off @ tint > TONE.aligned_cosine * np.linalg.norm(off, axis=-1)
             # Light from one coloured board onto another is of a deeper colour still.
             own_way = (
-                lit[..., 1:] / np.maximum(np.linalg.norm(lit[..., 1:], axis=-1), TINT)[..., None]
+                lit[..., 1:]
+                / np.maximum(np.linalg.norm(lit[..., 1:], axis=-1), TONE.tint_lab)[..., None]
             )
-            deeper = (off * own_way).sum(-1) > ALIGNED * np.linalg.norm(off, axis=-1)
-            most = TINT + BOUNCE * dark
-            fits = (far < TINT) | (deeper & (far < most))
-            fits |= aligned & (far < np.maximum(most, SHINE))
+            deeper = (off * own_way).sum(-1) > TONE.aligned_cosine * np.linalg.norm(off, axis=-1)
+            most = TONE.tint_lab + TONE.bounce_ratio * dark
+            fits = (far < TONE.tint_lab) | (deeper & (far < most))
+            fits |= aligned & (far < np.maximum(most, TONE.max_shine_lab))
             # A colour that is lit there is likelier than one that would be in deep shade.
             cost = far + 0.25 * np.abs(dark)
             better = fits & (cost < least)
@@ -86,7 +86,7 @@ class Tones:
             which = np.where(better, number, which)
             darker = np.where(better, dark, darker)
             uneven = np.where(better, np.float32(spread), uneven)
-            deep = np.float32(np.percentile(dark[part], DARKEST))
+            deep = np.float32(np.percentile(dark[part], TONE.darkest_percent))
             darkest = np.where(better, deep, darkest)
             glow = np.where(better, np.where(aligned, np.maximum(toward, 0), 0), glow)
         return cls(which, darker, uneven, darkest, glow)
@@ -95,8 +95,9 @@ class Tones:
 def _patterned(light: FloatImage, ground: BoolArray) -> float:
     """How far the lightness (H, W) of ground strays from what it is around each place, in L*."""
     known = ground.astype(np.float32)
-    mean = cv2.GaussianBlur(light * known, (0, 0), AROUND)
-    mean /= np.maximum(cv2.GaussianBlur(known, (0, 0), AROUND), 1e-3)
+    around_px = 4.0  # 2..10: spread of what ground is around a place
+    mean = cv2.GaussianBlur(light * known, (0, 0), around_px)
+    mean /= np.maximum(cv2.GaussianBlur(known, (0, 0), around_px), 1e-3)
     return 1.5 * float(np.median(np.abs(light - mean)[ground]))
 
 
@@ -104,10 +105,13 @@ def _parts(lab: FloatImage, ground: BoolArray) -> list[BoolArray]:
     """The ground (H, W) apart by colour, the largest part first."""
     colours = lab[ground, 1:].astype(np.float64)
     centres = [np.median(colours, 0)]
-    while len(centres) < MOST:
+    least_share = 0.08  # 0.02..0.3: of the ground that a colour has
+    apart_lab = 12.0  # 5..30: a*, b*, between two of them at least
+    max_colours = 3  # count, 1..6: that are told apart
+    while len(centres) < max_colours:
         away = np.min([np.linalg.norm(colours - c, axis=1) for c in centres], 0)
-        other = away > APART
-        if np.count_nonzero(other) < LEAST * len(colours):
+        other = away > apart_lab
+        if np.count_nonzero(other) < least_share * len(colours):
             break
         # The densest of what is like none of them so far.
         bins = np.round(colours[other] / 6).astype(int)
@@ -115,7 +119,9 @@ def _parts(lab: FloatImage, ground: BoolArray) -> list[BoolArray]:
         centres.append(values[count.argmax()] * 6.0)
     for _ in range(5):
         nearest = _nearest(colours, centres)
-        kept = [k for k in range(len(centres)) if (nearest == k).sum() > LEAST / 2 * len(colours)]
+        kept = [
+            k for k in range(len(centres)) if (nearest == k).sum() > least_share / 2 * len(colours)
+        ]
         centres = [np.median(colours[nearest == k], 0) for k in kept]
     nearest = _nearest(colours, centres)
     out = []
@@ -134,7 +140,7 @@ def _own_tint(lab: FloatImage, own: BoolArray, lit: FloatImage) -> FloatImage:
     """The direction (a*, b*) from the ground's colour to the thing's; zero where they are alike."""
     apart = lab[own, 1:].mean(0) - lit[own, 1:].mean(0)
     far = float(np.hypot(*apart))
-    return (apart / far if far > TINT else apart * 0).astype(np.float32)
+    return (apart / far if far > TONE.tint_lab else apart * 0).astype(np.float32)
 
 
 def _lit(lab: FloatImage, ground: BoolArray) -> tuple[FloatImage, float]:

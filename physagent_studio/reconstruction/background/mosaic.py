@@ -32,55 +32,46 @@ from physagent_studio.reconstruction.switches import at_work
 
 FloatImage = NDArray[np.float32]
 FloatArray = NDArray[np.float64]
-PLACES = 3200
-"""Places on which pieces are chosen, at most."""
-MOST = 40
-"""Copies that are weighed against one another."""
-FINDING = 220
-"""Longer side of the picture in which candidates are looked for."""
-BLAND = 75.0
-"""The most that the smooth fill costs."""
-SHARES = (0.3, 0.6, 1.05)
-"""Shifts along lines, as shares of the hole's extent."""
-SPOTS = 80
-"""On how many of its spots a line is asked whether it is hidden."""
-RIM = 2
-"""Width of the rim on which a copy is held against the photo, in places."""
-STRICT = 3.0
-"""What a mismatch at the rim counts beside one at a seam."""
-WRONG = 900.0
-"""The most that a place on the rim costs: there may be something on it that does not belong."""
-SOFT = 2.0
-"""Standard deviation of the blur in which colours are held against what is expected, places."""
-BROAD = (0.25, 0.1)
-"""How far around a place, along rows and across, the photo tells how rough it is, in extents of
-the hole."""
-LITTLE = 0.02
-"""Share of what is around a place that has to be on its side for it to be counted alone."""
-STRAY = 16.0
-"""How far from that they may be at no cost on bare ground, grey levels of three colours."""
-PATTERN = 100.0
-"""The same on patterned ground."""
-LEVEL, HUE = 2.0, 2.0
-"""What a difference in brightness counts, and one in colour beyond it."""
-STRAYED = 80.0
-"""The most that being farther off costs."""
-GUESS = 1.0
-"""What being farther off counts."""
-BEYOND = 60.0
-"""Price of what is copied over a line that goes through the hole: it is part of something else."""
-BARE = 2.0
-"""Price of the smooth fill where the photo beside is rough by a grey level of three colours."""
-FAR = 6.0
-"""Price of a copy from one hole's size away."""
-OTHER_HEIGHT = 8.0
-"""The same from above or below in the picture: walls, floors and tables run across it."""
-BENT, LITTLE_BENT = 10.0, 0.4
-"""Price of a copy that is sheared or stretched by its own extent: grass would be combed."""
-TORN, MUCH_BENT = 40.0, 1.5
-"""The same beyond so much: what stands up, as far trees do, is drawn out to wedges."""
-COARSER = 12.0
-"""Price of a copy that has to be enlarged twice."""
+
+
+@dataclass(frozen=True, slots=True)
+class MosaicSettings:
+    """What pieces are chosen from, and what each costs, in grey levels of three colours."""
+
+    max_places: int = 3200  # count, 500..10000: on which pieces are chosen
+    max_copies: int = 40  # count, 10..100: that are weighed against one another
+    max_smooth_price: float = 75.0  # price, 20..300: of the smooth fill, however rough the photo is
+    # 0.1..2: of the hole's extent, by which copies are shifted along lines
+    along_shares: tuple[float, float, float] = (0.3, 0.6, 1.05)
+    rim_factor: float = 3.0  # 1..10: of a mismatch at the rim beside one at a seam
+    max_rim_price: float = 900.0  # price, 200..3000: something there may not belong
+    # 1..5: spread, in places, of the blur in which colours are held against what is expected
+    soft_count: float = 2.0
+    # 0.05..0.5: of the hole's extent, along rows and across, that tell how rough it is
+    broad_shares: tuple[float, float] = (0.25, 0.1)
+    # 0.005..0.1: of what is around, on its own side, to be counted alone
+    little_share: float = 0.02
+    stray_levels: float = 16.0  # 4..40: by which colours may be off on bare ground at no cost
+    max_stray_levels: float = 100.0  # 40..200: the same on patterned ground
+    off_factor: float = 2.0  # 0.5..5: of a difference in brightness, and of one in colour beyond it
+    max_strayed_price: float = 80.0  # price, 20..300: of colours that are farther off
+    # price, 10..200: of what is copied over a line: it is part of something else
+    beyond_price: float = 60.0
+    # 0.5..5: of the photo's roughness beside, for the price of the smooth fill
+    smooth_factor: float = 2.0
+    far_price: float = 6.0  # price, 0..20: of a copy from one hole's size away
+    # price, 0..30: from above or below: walls, floors and tables run across pictures
+    height_price: float = 8.0
+    # price, 0..50: of a copy sheared or stretched by its own extent: grass would be combed
+    bent_price: float = 10.0
+    little_bent_ratio: float = 0.4  # 0..1: by which it may be at no cost
+    # price, 0..100: beyond the next: what stands up is drawn out to wedges
+    torn_price: float = 40.0
+    much_bent_ratio: float = 1.5  # 0.5..3: by which it is torn
+    coarser_price: float = 12.0  # price, 0..40: of a copy that has to be enlarged twice
+
+
+MOSAIC = MosaicSettings()
 
 
 def mosaic(
@@ -97,7 +88,8 @@ def mosaic(
     to go on behind the hole. level: (3, 3) from pixels to a level plane, None for unknown. share:
     how much care it may take, 1 for a lone hole.
     """
-    picture = View.of(part, missing, barred, FINDING)
+    finding_px = 220  # 100..500: longer side of the picture in which candidates are looked for
+    picture = View.of(part, missing, barred, finding_px)
     guess = nearest_along(picture.image, picture.barred, structure.scaled(picture.ratio))
     wide = cv2.resize(guess, missing.shape[::-1], interpolation=cv2.INTER_LINEAR)
     part = np.where(barred[..., None], wide, part).astype(np.float32)
@@ -113,7 +105,9 @@ def mosaic(
 
 def _fine(missing: BoolArray, share: float) -> float:
     """The longer side of a picture in which the hole is as many places as pieces are chosen on."""
-    return max(missing.shape) * min(1.0, (PLACES * share / np.count_nonzero(missing)) ** 0.5)
+    return max(missing.shape) * min(
+        1.0, (MOSAIC.max_places * share / np.count_nonzero(missing)) ** 0.5
+    )
 
 
 def _candidates(
@@ -132,17 +126,20 @@ def _candidates(
         found += level_shifts(view.image, view.missing, view.barred, small)
     out = [rescaled(copy, x, y) for copy in found]
     x0, _, x1, _ = bounds(missing)
-    out += [shift(sign * share * (x1 - x0), 0.0) for sign in (1, -1) for share in SHARES]
+    out += [
+        shift(sign * share * (x1 - x0), 0.0) for sign in (1, -1) for share in MOSAIC.along_shares
+    ]
     lines = structure.lines if at_work("shifts along lines") else structure.lines[:0]
     spans = np.array([_hidden(line, missing) for line in lines]).reshape(-1, 2)
     for span in spans[np.argsort(-np.linalg.norm(spans, axis=1), kind="stable")]:
-        out += [shift(*(sign * share * span)) for sign in (1, -1) for share in SHARES]
+        out += [shift(*(sign * share * span)) for sign in (1, -1) for share in MOSAIC.along_shares]
     return _distinct(out, missing)
 
 
 def _hidden(line: FloatArray, missing: BoolArray) -> FloatArray:
     """(2,) from where a line (2, 2) runs into the hole (H, W) to where it comes out; else all."""
-    share = np.linspace(0, 1, SPOTS)
+    spots_count = 80  # 20..200: of a line on which it is asked whether it is hidden
+    share = np.linspace(0, 1, spots_count)
     x, y = (line[0] + share[:, None] * (line[1] - line[0])).astype(int).T
     inside = missing[y.clip(0, missing.shape[0] - 1), x.clip(0, missing.shape[1] - 1)]
     within = share[inside] if inside.any() else share
@@ -174,34 +171,39 @@ def _laid(
 
     even: (H, W, 3) the smooth fill; it is the piece after the last copy.
     """
-    places = grow(view.missing, RIM)
+    rim_count = 2  # 1..4: width, in places, of the rim on which a copy is held against the photo
+    places = grow(view.missing, rim_count)
     rim = places & ~view.barred
     smooth = cv2.resize(even, places.shape[::-1], interpolation=cv2.INTER_AREA)
     smooth = np.where(view.barred[..., None], smooth, view.image).astype(np.float32)
     side = structure.scaled(view.ratio).clear(view.missing).sides(places.shape)
     expected = _Expected.of(view, smooth, side)
     feature = _features(view.image)
-    soft = cv2.GaussianBlur(smooth, (0, 0), SOFT)
+    soft = cv2.GaussianBlur(smooth, (0, 0), MOSAIC.soft_count)
     rows, columns = np.nonzero(places)
     looks, prices = [], []
     for copy in copies:
         own = rescaled(copy, *view.ratio)
         shown, price = _shown(feature, view.barred, own, places)
-        off = np.abs(shown - feature[places]).sum(-1) * STRICT
+        off = np.abs(shown - feature[places]).sum(-1) * MOSAIC.rim_factor
         x, y, _ = sources(own, columns, rows)
         if at_work("expected colours"):
             price += expected.price(taken(np.asarray(soft, np.float32), x, y), places, view.missing)
-        price += np.where(rim[places], np.minimum(off, WRONG), 0)
+        price += np.where(rim[places], np.minimum(off, MOSAIC.max_rim_price), 0)
         row = np.clip(np.round(y).astype(int), 0, side.shape[0] - 1)
         column = np.clip(np.round(x).astype(int), 0, side.shape[1] - 1)
         if at_work("sides of lines"):
-            price += BEYOND * (side[row, column] != side[places])
+            price += MOSAIC.beyond_price * (side[row, column] != side[places])
         looks.append(shown)
         prices.append(price)
     asked = np.array(prices, np.float32)
     fitting = _fitting(asked[:, rim[places]])
     looks = [*(looks[k] for k in fitting), _features(smooth)[places]]
-    bare = np.where(view.missing[places], np.minimum(BARE * expected.rough[places], BLAND), 0)
+    bare = np.where(
+        view.missing[places],
+        np.minimum(MOSAIC.smooth_factor * expected.rough[places], MOSAIC.max_smooth_price),
+        0,
+    )
     if not at_work("smooth fill"):
         bare = bare + np.float32(500.0)
     asked = np.concatenate([asked[fitting], bare[None]]).astype(np.float32)
@@ -227,14 +229,16 @@ class _Expected:
     @classmethod
     def of(cls, view: View, smooth: FloatImage, side: NDArray[np.int64]) -> Self:
         """side: (h, w) numbers of the parts into which the picture is divided."""
-        soft = cv2.GaussianBlur(smooth, (0, 0), SOFT)
-        broad = cv2.GaussianBlur(smooth, (0, 0), 3 * SOFT)
+        soft = cv2.GaussianBlur(smooth, (0, 0), MOSAIC.soft_count)
+        broad = cv2.GaussianBlur(smooth, (0, 0), 3 * MOSAIC.soft_count)
         fine = np.abs(view.image - soft).sum(-1)
         wide = np.abs(soft - broad).sum(-1)
         rough, stray = (_around(_median(value), view, side) for value in (fine, wide))
         return cls(
             np.asarray(soft, np.float32),
-            np.asarray(np.clip(STRAY + 2 * stray, 0, PATTERN), np.float32),
+            np.asarray(
+                np.clip(MOSAIC.stray_levels + 2 * stray, 0, MOSAIC.max_stray_levels), np.float32
+            ),
             np.asarray(rough + stray, np.float32),
         )
 
@@ -243,8 +247,10 @@ class _Expected:
         off = shown - self.colour[places]
         level = off.mean(-1, keepdims=True)
         # Brightness is levelled when pieces are joined, colour shows.
-        wrong = LEVEL * np.abs(level[:, 0]) + HUE * np.abs(off - level).sum(-1)
-        wrong = np.minimum(GUESS * np.maximum(wrong - self.stray[places], 0), STRAYED)
+        wrong = MOSAIC.off_factor * np.abs(level[:, 0]) + MOSAIC.off_factor * np.abs(
+            off - level
+        ).sum(-1)
+        wrong = np.minimum(np.maximum(wrong - self.stray[places], 0), MOSAIC.max_strayed_price)
         return np.where(missing[places], wrong, 0).astype(np.float32)
 
 
@@ -255,7 +261,7 @@ def _around(values: FloatImage, view: View, side: NDArray[np.int64]) -> FloatIma
     """
     known = (~view.barred).astype(np.float32)
     x0, y0, x1, y1 = bounds(view.missing)
-    across, down = (max(2.0, share * max(x1 - x0, y1 - y0)) for share in BROAD)
+    across, down = (max(2.0, share * max(x1 - x0, y1 - y0)) for share in MOSAIC.broad_shares)
 
     def blurred(image: FloatImage) -> FloatImage:
         out = cv2.GaussianBlur(image, (0, 0), sigmaX=across, sigmaY=down)
@@ -271,7 +277,7 @@ def _around(values: FloatImage, view: View, side: NDArray[np.int64]) -> FloatIma
         here = side == number
         count = blurred(known * here)
         own = blurred(values * known * here) / np.maximum(count, 1e-4)
-        share = np.clip(count / LITTLE, 0, 1)
+        share = np.clip(count / MOSAIC.little_share, 0, 1)
         out[here] = (share * own + (1 - share) * mean)[here]
     return np.asarray(out, np.float32)
 
@@ -284,11 +290,11 @@ def _median(values: FloatImage) -> FloatImage:
 
 def _fitting(prices: FloatImage) -> NDArray[np.int64]:
     """The copies that are among the best somewhere on the rim; prices: (K, R) there."""
-    if len(prices) <= MOST or not prices.shape[1]:
+    if len(prices) <= MOSAIC.max_copies or not prices.shape[1]:
         return np.arange(len(prices))
     best = np.argsort(prices, axis=0, kind="stable")[:4]
     votes = np.bincount(best.ravel(), minlength=len(prices))
-    return np.sort(np.argsort(-votes, kind="stable")[:MOST])
+    return np.sort(np.argsort(-votes, kind="stable")[: MOSAIC.max_copies])
 
 
 def _features(image: FloatImage) -> FloatImage:
@@ -319,7 +325,9 @@ def bent(
 
 def bent_price(by: FloatArray) -> FloatArray:
     """(N,) what it costs that a copy is bent by so much there."""
-    return BENT * np.clip(by - LITTLE_BENT, 0, 1) + TORN * np.clip(by - MUCH_BENT, 0, 1)
+    return MOSAIC.bent_price * np.clip(
+        by - MOSAIC.little_bent_ratio, 0, 1
+    ) + MOSAIC.torn_price * np.clip(by - MOSAIC.much_bent_ratio, 0, 1)
 
 
 def _shown(
@@ -331,11 +339,11 @@ def _shown(
     shown = taken(feature[..., :4], x, y)
     last = taken(feature[..., 4], x, y)
     size = max(np.ptp(rows), np.ptp(columns), 1)
-    away = FAR * np.hypot(x - columns, y - rows) / size
+    away = MOSAIC.far_price * np.hypot(x - columns, y - rows) / size
     if copy[2, 1] == 0:
-        away += (OTHER_HEIGHT - FAR) * np.abs(y - rows) / size
+        away += (MOSAIC.height_price - MOSAIC.far_price) * np.abs(y - rows) / size
     coarse = np.log2(1 / np.maximum(finer, 1e-3)) / 2
-    price = away + COARSER * np.maximum(coarse - 0.3, 0)
+    price = away + MOSAIC.coarser_price * np.maximum(coarse - 0.3, 0)
     if at_work("bent copies"):
         price += bent_price(bent(copy, columns, rows, x, y))
     price = np.where(blocked(barred, x, y), CUT.never_levels, price)

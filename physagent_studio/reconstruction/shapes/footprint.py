@@ -25,7 +25,7 @@ class FootprintSettings:
 
     samples_count: int = 60  # 20..300: of the rim, evenly across the picture
     # 0.01..0.1: over the rim's width, beyond which a point is of no side: it is off the ground
-    far_ratio: float = 0.02
+    far_ratio: float = 0.04
     least_far_px: float = 2.0  # 1..8: the same at least, for rims are whole pixels
     # 0..90: first, end and step of the turns that are tried: a quarter is all of them
     turns_deg: tuple[float, float, float] = (0.0, 90.0, 2.0)

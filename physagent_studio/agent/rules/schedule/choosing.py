@@ -244,6 +244,8 @@ def _by_sense(task: Task) -> Script:
         and intent.has("fall", "land", "crush")
     ):
         return _nothing
+    if _spins_first(task):
+        return scripts.spin_over
     for senses, script in table:
         if intent.has(*senses):
             return _unless_toppling(task, senses, script)
@@ -251,6 +253,13 @@ def _by_sense(task: Task) -> Script:
 
 
 _OVER = ("topple", "lose_balance", "fall")
+
+
+def _spins_first(task: Task) -> bool:
+    """ "It spins, then it falls over": on the spot, one after the other."""
+    told = [frame.sense for frame in task.intent.frames if not frame.negated]
+    over = next((k for k, sense in enumerate(told) if sense in _OVER), 0)
+    return "spin" in told[:over] and _can_only_topple_here(task) and not task.intent.has(*_GROUND)
 
 
 def _tips_onto(task: Task) -> bool:

@@ -23,4 +23,9 @@ from physagent_studio.agent.rules.schedule.scripts.landing import (
     up_ramp,
 )
 from physagent_studio.agent.rules.schedule.scripts.task import Task
-from physagent_studio.agent.rules.schedule.scripts.turns import spin_about, tip, turn_back
+from physagent_studio.agent.rules.schedule.scripts.turns import (
+    spin_about,
+    spin_over,
+    tip,
+    turn_back,
+)

@@ -10,7 +10,7 @@ from physagent_studio.agent.rules.scene import mechanics as mech
 from physagent_studio.agent.rules.scene.measures import WAYS, FloatArray, level, named_way, unit
 from physagent_studio.agent.rules.schedule import actions as act
 from physagent_studio.agent.rules.schedule.scripts.task import UP, Task
-from physagent_studio.program.actions import Action, Direction
+from physagent_studio.program.actions import Action, Direction, duration_of
 
 
 def tip(task: Task) -> list[Action]:
@@ -104,3 +104,10 @@ def turn_back(task: Task) -> list[Action]:
     away = act.toward_or_along(max(0.4, 3 * layout.size(task.name)), vector=way, azimuth=50.0)
     back = act.push(task.name, away, duration=30, when=act.after(turned, 0), label="back")
     return [turned, back]
+
+
+def spin_over(task: Task) -> list[Action]:
+    """Spins, and only then falls over."""
+    spun = spin_about(task)
+    later = max(action.start_step + duration_of(action) for action in spun)
+    return spun + [a.model_copy(update={"start_step": a.start_step + later}) for a in tip(task)]

@@ -46,6 +46,8 @@ class PartSettings:
     min_share: float = 0.004
     # IoU, 0.6..0.95: with its mask, below which what is laid out deep is mostly openings
     open_iou: float = 0.85
+    # 0.6..0.95: of the mask, that what has openings covers: what was moved by hand covers less
+    min_shown_share: float = 0.8
     overlap_px: int = 2  # 0..6: by which a part goes on into what is drawn
 
 
@@ -61,7 +63,10 @@ def carved(sight: Sight, item: SceneObject, mesh: Mesh) -> Mesh:
     """
     if item.shape is None or item.shape.kind not in CARVED or not at_work("outline carving"):
         return mesh
-    if iou(sight.drawn(in_world(item, mesh), mesh.faces), sight.mask & sight.free) < PART.open_iou:
+    mask, drawn = sight.mask & sight.free, sight.drawn(in_world(item, mesh), mesh.faces)
+    if np.count_nonzero(mask & drawn) < PART.min_shown_share * np.count_nonzero(mask):
+        return mesh
+    if iou(drawn, mask) < PART.open_iou:
         return _sheet(sight, item, mesh)
     told = sight.mask | ~sight.free
     finer = mesh
@@ -71,7 +76,6 @@ def carved(sight: Sight, item: SceneObject, mesh: Mesh) -> Mesh:
         finer = _halved(finer, _across(told, pixels, finer.faces))
     world = in_world(item, finer)
     kept = looked_up(told, sight.camera.project(world)[0][finer.faces].mean(axis=1))
-    mask = sight.mask & sight.free
     before, after = (iou(sight.drawn(world, f), mask) for f in (finer.faces, finer.faces[kept]))
     return replace(finer, faces=finer.faces[kept]) if after > before + FITTING.min_gain else mesh
 

@@ -30,6 +30,7 @@ from physagent_studio.reconstruction.shapes.silhouettes import in_world, silhoue
 from physagent_studio.reconstruction.texture.carving import carved, with_parts
 from physagent_studio.reconstruction.texture.outline_fitting import covering
 from physagent_studio.reconstruction.texture.skins import sights_of
+from physagent_studio.records.scene import Mesh
 
 CAMERA = Camera.from_horizon((320, 240), 60.0, 1.0, focal=300.0)
 PIN = Revolved(
@@ -109,27 +110,41 @@ def test_what_collides_as_it_is_drawn_keeps_its_foot() -> None:
     assert float(led.vertices[:, 2].min()) >= low - 1e-9
 
 
-def test_openings_between_legs_stay_open() -> None:
-    """A stool is as deep as it is wide; seen from above its back would close what is open."""
-    mask = np.zeros((240, 320), bool)
-    mask[80:96, 120:200] = True
-    for left in (122, 157, 192):
-        mask[96:176, left : left + 6] = True
+def _stool() -> tuple[SceneObject, Mesh, BoolArray]:
+    """A deep block of a stool and what is seen of one: a seat and three legs, open between."""
+    box = np.zeros((240, 320), bool)
+    box[80:176, 120:200] = True
     shape = Inflated(size=(0.8, 0.8, 0.95), straight=True)
-    mesh = inflated_mesh(mask, CAMERA, shape)
+    mesh = inflated_mesh(box, CAMERA, shape)
     item = _thing("stool", shape, 0.0, -float(mesh.vertices[:, 2].min()))
     seen = silhouette(CAMERA, in_world(item, mesh), mesh.faces)
-    shift = np.mean(seen.nonzero(), axis=1) - np.mean(mask.nonzero(), axis=1)
-    shown = np.roll(mask, tuple(np.rint(shift).astype(int)), axis=(0, 1))
+    rows, columns = seen.nonzero()
+    top, left, right = int(rows.min()), int(columns.min()), int(columns.max())
+    legs = np.zeros_like(seen)
+    for x in (left, (left + right) // 2 - 4, right - 8):
+        legs[:, x : x + 9] = True
+    legs[: top + 24] = True
+    return item, mesh, seen & legs
+
+
+def test_openings_between_legs_stay_open() -> None:
+    item, mesh, shown = _stool()
     sights = sights_of(CAMERA, {"stool": shown}, (item,), {"stool": mesh}, ())
     look = carved(sights["stool"], item, mesh)
-    assert iou(seen, shown) < 0.8
+    assert iou(silhouette(CAMERA, in_world(item, mesh), mesh.faces), shown) < 0.8
+    drawn = silhouette(CAMERA, in_world(item, look), look.faces)
+    assert np.count_nonzero(drawn & ~shown) < 0.06 * np.count_nonzero(shown)
+    assert np.count_nonzero(drawn & shown) > 0.95 * np.count_nonzero(shown)
     # No shreds are left of its depth: every edge joins two faces.
     edges = np.sort(look.faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
     assert (np.unique(edges, axis=0, return_counts=True)[1] == 2).all()
-    drawn = silhouette(CAMERA, in_world(item, look), look.faces)
-    assert np.count_nonzero(drawn & ~shown) < 0.03 * np.count_nonzero(shown)
-    assert np.count_nonzero(drawn & shown) > 0.97 * np.count_nonzero(seen & shown)
+
+
+def test_what_was_moved_by_hand_is_not_drawn_where_it_was() -> None:
+    item, mesh, shown = _stool()
+    moved = item.model_copy(update={"position": (0.6, 2.2, 0.5)})
+    sights = sights_of(CAMERA, {"stool": shown}, (moved,), {"stool": mesh}, ())
+    assert carved(sights["stool"], moved, mesh) is mesh
 
 
 def test_what_is_turned_about_an_axis_is_not_torn_at_its_rim() -> None:

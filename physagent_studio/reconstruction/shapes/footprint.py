@@ -79,12 +79,15 @@ def footprint_of(mask: np.ndarray, camera: Camera, height: float) -> Footprint |
     pixels = rim * np.array([camera.size[0] / columns, camera.size[1] / rows])
     guess = camera.horizon
     unsure = 0.0 if camera.confirmed else min(camera.horizon_sigma or 0.0, FOOTPRINT.widest_px)
-    strays = (
-        np.linspace(-2, 2, FOOTPRINT.tried_count) if unsure > FOOTPRINT.known_px else np.zeros(1)
-    )
-    laid = [_laid(pixels, camera, guess + by * unsure, eye, by) for by in strays.tolist()]
-    best = min(filter(None, laid), key=lambda found: found.cost, default=None)
-    if best is None or not best.clear:
+    # Where a horizon leaves the rim unexplained, it was not as sure as it seemed.
+    for off in (unsure,) if camera.confirmed else (unsure, FOOTPRINT.widest_px):
+        known = off <= FOOTPRINT.known_px
+        strays = np.zeros(1) if known else np.linspace(-2, 2, FOOTPRINT.tried_count)
+        laid = [_laid(pixels, camera, guess + by * off, eye, by) for by in strays.tolist()]
+        best = min(filter(None, laid), key=lambda found: found.cost, default=None)
+        if best is not None and best.clear:
+            break
+    else:
         return None
     longer = int(np.argmax(best.lengths))
     angle = _seen_by(camera, best.view, best.turn + longer * math.pi / 2, pixels)

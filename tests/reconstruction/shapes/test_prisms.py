@@ -6,6 +6,7 @@ import pytest
 
 from physagent_studio.program import Camera
 from physagent_studio.program.scene.state import Inflated
+from physagent_studio.reconstruction.shapes.footprint import footprint_of
 from physagent_studio.reconstruction.shapes.inflation import inflated_mesh
 from physagent_studio.reconstruction.shapes.prisms import plan_seen, prism_mesh
 
@@ -90,3 +91,12 @@ def test_a_side_alone_is_not_stood_up_under_a_horizon_that_is_a_guess():
     mask = seen(van(10, 20), known)
     plans = [plan_seen(mask, view, 0.0, WIDE / LONG, HIGH / LONG) for view in (known, guessed)]
     assert [plan is not None and plan.shown for plan in plans] == [True, False]
+
+
+def test_a_horizon_that_leaves_the_rim_unexplained_is_sought_though_it_seemed_sure():
+    mask = seen(van(50, 24), camera(24))
+    wrong = camera(6).model_copy(update={"confirmed": False, "horizon_sigma": 4.0})
+    found = footprint_of(mask, wrong, 0.0)
+    assert found is not None
+    assert found.along > found.across > 0
+    assert footprint_of(mask, wrong.model_copy(update={"confirmed": True}), 0.0) is None

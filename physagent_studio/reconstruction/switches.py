@@ -47,6 +47,7 @@ PLATES = {
 }
 """The same of the background's plate."""
 BODIES = {
+    "prisms": "what drives stands over the footprint that is seen",
     "outline fitting": "meshes are led to their masks before the photo is laid on them",
     "outline bending": "also by a thin plate along the outline",
     "outline carving": "what projects beside the mask of a body laid out deep is not drawn",

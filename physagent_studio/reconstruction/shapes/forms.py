@@ -274,7 +274,9 @@ def _turned_form(camera: Camera, mask: BoolArray, base: Base, usual: Usual) -> F
 
     What has gaps, as a bicycle has, is no prism.
     """
-    if not usual.drives or base.free_z or base.hold >= 1 or solidity(mask) < FORM.min_solidity:
+    if not (usual.drives and at_work("prisms")) or base.free_z or base.hold >= 1:
+        return None
+    if solidity(mask) < FORM.min_solidity:
         return None
     aspect = usual.aspect[0] if usual.aspect else None
     plan = plan_seen(mask, camera, base.z, usual.depth, aspect)

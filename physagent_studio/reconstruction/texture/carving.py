@@ -46,6 +46,8 @@ class PartSettings:
     min_share: float = 0.004
     # IoU, 0.6..0.95: with its mask, below which what is laid out deep is mostly openings
     open_iou: float = 0.85
+    # IoU, 0..0.1: that a sheet may lose to what is cut open: spokes and wires are too thin for one
+    max_sheet_loss: float = 0.04
     # 0.6..0.95: of the mask, that what has openings covers: what was moved by hand covers less
     min_shown_share: float = 0.8
     overlap_px: int = 2  # 0..6: by which a part goes on into what is drawn
@@ -66,18 +68,28 @@ def carved(sight: Sight, item: SceneObject, mesh: Mesh) -> Mesh:
     mask, drawn = sight.mask & sight.free, sight.drawn(in_world(item, mesh), mesh.faces)
     if np.count_nonzero(mask & drawn) < PART.min_shown_share * np.count_nonzero(mask):
         return mesh
+    cut, covers = _cut_open(sight, item, mesh)
     if iou(drawn, mask) < PART.open_iou:
-        return _sheet(sight, item, mesh)
+        sheet, seen = _cut_open(sight, item, _laid(sight, item, mask, in_world(item, mesh)))
+        return sheet if seen > covers - PART.max_sheet_loss else cut
+    return cut
+
+
+def _cut_open(sight: Sight, item: SceneObject, mesh: Mesh) -> tuple[Mesh, float]:
+    """The mesh without the faces that project beside the mask, where that covers it better, and
+    its IoU with it."""
     told = sight.mask | ~sight.free
     finer = mesh
     max_halvings = 4  # count, 1..8: of a face across the mask's outline; each doubles the work
     for _ in range(max_halvings):
         pixels = sight.camera.project(in_world(item, finer))[0]
         finer = _halved(finer, _across(told, pixels, finer.faces))
-    world = in_world(item, finer)
+    world, mask = in_world(item, finer), sight.mask & sight.free
     kept = looked_up(told, sight.camera.project(world)[0][finer.faces].mean(axis=1))
     before, after = (iou(sight.drawn(world, f), mask) for f in (finer.faces, finer.faces[kept]))
-    return replace(finer, faces=finer.faces[kept]) if after > before + FITTING.min_gain else mesh
+    if after > before + FITTING.min_gain:
+        return replace(finer, faces=finer.faces[kept]), after
+    return mesh, before
 
 
 def with_parts(sight: Sight, item: SceneObject, mesh: Mesh) -> Mesh:
@@ -101,15 +113,6 @@ def with_parts(sight: Sight, item: SceneObject, mesh: Mesh) -> Mesh:
     whole = replace(mesh, vertices=np.vstack([mesh.vertices, part.vertices]), faces=faces)
     gain = iou(sight.drawn(in_world(item, whole), faces), mask) - before
     return whole if gain > FITTING.min_gain else mesh
-
-
-def _sheet(sight: Sight, item: SceneObject, mesh: Mesh) -> Mesh:
-    """The mask as a round sheet, where that covers it better than the mesh does."""
-    mask, world = sight.mask & sight.free, in_world(item, mesh)
-    sheet = _laid(sight, item, mask, world)
-    before = iou(sight.drawn(world, mesh.faces), mask)
-    after = iou(sight.drawn(in_world(item, sheet), sheet.faces), mask)
-    return sheet if after > before + FITTING.min_gain else mesh
 
 
 def _laid(sight: Sight, item: SceneObject, area: BoolArray, world: FloatArray) -> Mesh:

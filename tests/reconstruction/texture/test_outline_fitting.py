@@ -133,11 +133,12 @@ def test_openings_between_legs_stay_open() -> None:
     look = carved(sights["stool"], item, mesh)
     assert iou(silhouette(CAMERA, in_world(item, mesh), mesh.faces), shown) < 0.8
     drawn = silhouette(CAMERA, in_world(item, look), look.faces)
-    assert np.count_nonzero(drawn & ~shown) < 0.06 * np.count_nonzero(shown)
+    assert np.count_nonzero(drawn & ~shown) < 0.03 * np.count_nonzero(shown)
     assert np.count_nonzero(drawn & shown) > 0.95 * np.count_nonzero(shown)
-    # No shreds are left of its depth: every edge joins two faces.
-    edges = np.sort(look.faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
-    assert (np.unique(edges, axis=0, return_counts=True)[1] == 2).all()
+    # No shreds are left of its depth: legs are as deep as they are wide.
+    low = look.vertices[np.unique(look.faces)]
+    low = low[low[:, 2] < -0.1]
+    assert np.ptp(low[:, 1]) < 0.25 * np.ptp(mesh.vertices[:, 1])
 
 
 def test_what_was_moved_by_hand_is_not_drawn_where_it_was() -> None:

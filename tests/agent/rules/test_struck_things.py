@@ -90,6 +90,17 @@ def test_off_an_edge_it_is_aimed_at_what_it_shall_meet(prompt: str, met: bool) -
     assert push.force.toward == ("right_melon" if met else None)
 
 
+def test_a_ball_that_is_hit_is_seen_to_roll_on() -> None:
+    prompt = "The left melon rolls to the right and hits the right melon."
+    on_floor = {
+        "left_melon": (Sphere(radius=0.08), (-0.5, 2.5, 0.08), "floor"),
+        "right_melon": (Sphere(radius=0.08), (0.3, 2.5, 0.08), "floor"),
+    }
+    rollout = simulate(program_of(Stage("melons", on_floor), prompt), {})
+    path = rollout.positions[:, rollout.objects.index("right_melon"), 0]
+    assert path[-1] - path[0] > 0.16
+
+
 def test_a_stack_comes_down_to_one_side() -> None:
     program = program_of(PILE, "The top box and the middle box are pushed off the stack.")
     ways = {

@@ -19,6 +19,8 @@ class BlowSettings:
 
     # count, 2..20: of things that hit one another, looked at for the first's speed
     max_links: int = 8
+    sliding_ratio: float = 7 / 5  # 1..1.5: a ball slides off so much faster than it then rolls
+    rolled_sizes: float = 2.0  # own sizes, 0.5..5: that a ball rolls on that is hit
 
 
 BLOW = BlowSettings()
@@ -33,7 +35,8 @@ def blow(layout: Layout, intent: Intent, links: int = BLOW.max_links) -> float:
     felled = (_knocking_speed(layout, own, other) for other in intent.fells)
     shoved = (_shoving_speed(layout, own, other) for other in intent.shoves)
     onward = (_handing_on(layout, own, one, links - 1) for one in intent.strikes if links > 1)
-    return max((*felled, *shoved, *onward), default=0.0)
+    rolled = (_rolling_speed(layout, own, other) for other in intent.hits)
+    return max((*felled, *shoved, *rolled, *onward), default=0.0)
 
 
 def sent_off(arrives: float, slowing: float, distance: float) -> float:
@@ -63,6 +66,17 @@ def _shoving_speed(layout: Layout, own: str, other: str) -> float:
     return _to_hand_on(layout, own, other, after)
 
 
+def _rolling_speed(layout: Layout, own: str, other: str) -> float:
+    """Speed with which a ball is hit and is seen to roll on."""
+    if not layout.rolls(other):
+        return 0.0
+    slowing = mech.rolling_slowing(
+        layout.touch(other, layout.carrier(other) or layout.ground()).rolling
+    )
+    after = math.sqrt(2 * slowing * BLOW.rolled_sizes * layout.size(other))
+    return _to_hand_on(layout, own, other, after * BLOW.sliding_ratio)
+
+
 def _handing_on(layout: Layout, own: str, struck: Intent, links: int) -> float:
     """Speed with which a thing is hit that shall then hit others as hard as they need it."""
     other, needed = struck.name, blow(layout, struck, links)
@@ -74,8 +88,7 @@ def _handing_on(layout: Layout, own: str, struck: Intent, links: int) -> float:
         slowing = mech.rolling_slowing(layout.touch(other, base).rolling)
     aim = level(layout.position(struck.hits[0]) - layout.position(other))
     after = sent_off(needed, slowing, float(np.linalg.norm(aim)))
-    # A ball slides off and has 5/7 of its speed when it rolls.
-    return _to_hand_on(layout, own, other, after * (7 / 5 if rolls else 1.0))
+    return _to_hand_on(layout, own, other, after * (BLOW.sliding_ratio if rolls else 1.0))
 
 
 def _to_hand_on(layout: Layout, own: str, other: str, after: float) -> float:

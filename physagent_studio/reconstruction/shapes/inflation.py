@@ -137,7 +137,9 @@ def _on_legs(
     """A flat body 2 · half pixels deep on posts, of each leg one at the front, one at the back."""
     parts = [plane.standing(body, half, 0.0, straight=True)]
     max_post_share = 0.4  # 0.1..0.6: of the body's depth: legs are thinner
+    ground = max(bounds(leg)[3] for leg in legs)
     for leg in legs:
+        leg = _down_to(leg, ground)
         x0, _, x1, _ = bounds(leg)
         own = min(0.5 * (x1 - x0), max_post_share * half)
         for side in (-1.0, 1.0):
@@ -145,6 +147,14 @@ def _on_legs(
     counts = np.cumsum([0, *(len(vertices) for vertices, _ in parts)])
     faces = [own + start for (_, own), start in zip(parts, counts, strict=False)]
     return np.vstack([vertices for vertices, _ in parts]), np.vstack(faces)
+
+
+def _down_to(leg: BoolArray, row: int) -> BoolArray:
+    """A leg (H, W) with its foot at that row: seen from above, those behind seem to end higher."""
+    bottom = bounds(leg)[3]
+    out = leg.copy()
+    out[bottom:row] = leg[bottom - 1]
+    return out
 
 
 @dataclass(frozen=True, eq=False, slots=True)

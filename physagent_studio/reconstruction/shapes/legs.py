@@ -22,7 +22,7 @@ class SplitSettings:
     max_width_share: float = 0.3  # 0.1..0.5: of the silhouette; a wider part is a body
     min_opening_share: float = 0.14  # 0.05..0.4: of the height; less is a notch
     # 0..0.2: of the height from below: feet and rims end at different rows
-    ragged_share: float = 0.06
+    ragged_share: float = 0.15
     into_share: float = 0.08  # 0..0.3: of the height, that a leg reaches into the body
 
 

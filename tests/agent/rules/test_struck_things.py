@@ -101,6 +101,13 @@ def test_a_ball_that_is_hit_is_seen_to_roll_on() -> None:
     assert path[-1] - path[0] > 0.16
 
 
+def test_to_land_next_to_a_thing_is_to_end_near_it() -> None:
+    said = "The left melon jumps to the right and lands next to the right melon."
+    statements = program_of(FRUIT, said).contract.statements
+    near = [s.near for s in statements if s.kind == "stops" and s.subject == "left_melon"]
+    assert near == ["right_melon"]
+
+
 def test_a_stack_comes_down_to_one_side() -> None:
     program = program_of(PILE, "The top box and the middle box are pushed off the stack.")
     ways = {

@@ -99,6 +99,10 @@ def land(c: Context) -> list[Spec]:
         found.append(spec("lands_in", c.subject, landmark=place.name))
     else:
         found.append(spec("contacts", c.subject, other=place.name))
+    beside = c.frame.place("near")
+    if beside is not None and beside.kind == "object" and is_last(c):
+        near = c.length(2.0, 0.1, 0.6)
+        found.append(spec("stops", c.subject, near=place_name(beside), distance=near))
     if "hard" in c.frame.manner:
         found.append(spec("speed_between", c.subject, low=0.7))
     return [*found, *posture(c)]

@@ -152,8 +152,8 @@ def _seen_to_act(facts: Facts, one: str, other: str, step: int) -> Check:
     kept = float(came @ goes) / max(float(came @ came), 1e-9)
     seen = max(stirred / STIRRED, (1 - kept) / STOPPED)
     text = (
-        f"that {one} meets {other} is seen: {other} stirs by {number(100 * stirred, '%')} of its "
-        f"size, {one} keeps {number(100 * kept, '%')} of its speed: {{answer}}"
+        f"{one} is seen to act on {other}, which stirs by {number(100 * stirred, '%')} of its "
+        f"size; {one} keeps {number(100 * kept, '%')} of its speed: {{answer}}"
     )
     return view_check(
         "act", f"{one}.{other}", text, seen - 1, measured=stirred, threshold=STIRRED, step=step

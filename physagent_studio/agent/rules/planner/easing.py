@@ -145,9 +145,9 @@ def _is_seen_as_well(situation: Situation, found: Candidate, before: Rollout) ->
 
 
 def _met(program: PhysicalProgram) -> set[str]:
-    """What another thing shall meet: how hard it does is seen on what is met."""
-    told = program.contract.statements
-    return {one.other for one in told if isinstance(one, Contacts) and not one.negated}
+    """What another thing shall meet, and not touch at first alone: how hard is seen on it."""
+    told = (s for s in program.contract.statements if isinstance(s, Contacts) and not s.negated)
+    return {one.other for one in told if one.to_step is None}
 
 
 def _first(facts: Facts) -> int:

@@ -61,8 +61,7 @@ def _shoving_speed(layout: Layout, own: str, other: str) -> float:
     """Speed with which the other one is hit and goes on visibly."""
     if layout.rolls(other):
         return 0.0
-    friction = layout.friction(other, layout.carrier(other) or layout.ground())
-    after = math.sqrt(2 * mech.G * friction * 0.6 * layout.size(other))
+    after = math.sqrt(2 * _slowing(layout, other) * 0.6 * layout.size(other))
     return _to_hand_on(layout, own, other, after)
 
 
@@ -70,10 +69,7 @@ def _rolling_speed(layout: Layout, own: str, other: str) -> float:
     """Speed with which a ball is hit and is seen to roll on."""
     if not layout.rolls(other):
         return 0.0
-    slowing = mech.rolling_slowing(
-        layout.touch(other, layout.carrier(other) or layout.ground()).rolling
-    )
-    after = math.sqrt(2 * slowing * BLOW.rolled_sizes * layout.size(other))
+    after = math.sqrt(2 * _slowing(layout, other) * BLOW.rolled_sizes * layout.size(other))
     return _to_hand_on(layout, own, other, after * BLOW.sliding_ratio)
 
 
@@ -82,13 +78,18 @@ def _handing_on(layout: Layout, own: str, struck: Intent, links: int) -> float:
     other, needed = struck.name, blow(layout, struck, links)
     if not needed:
         return 0.0
-    base, rolls = layout.carrier(other) or layout.ground(), layout.rolls(other)
-    slowing = mech.G * layout.friction(other, base)
-    if rolls:
-        slowing = mech.rolling_slowing(layout.touch(other, base).rolling)
     aim = level(layout.position(struck.hits[0]) - layout.position(other))
-    after = sent_off(needed, slowing, float(np.linalg.norm(aim)))
-    return _to_hand_on(layout, own, other, after * (BLOW.sliding_ratio if rolls else 1.0))
+    after = sent_off(needed, _slowing(layout, other), float(np.linalg.norm(aim)))
+    sliding = BLOW.sliding_ratio if layout.rolls(other) else 1.0
+    return _to_hand_on(layout, own, other, after * sliding)
+
+
+def _slowing(layout: Layout, name: str) -> float:
+    """Deceleration of what rolls or slides on what carries it, m/s²."""
+    base = layout.carrier(name) or layout.ground()
+    if layout.rolls(name):
+        return mech.rolling_slowing(layout.touch(name, base).rolling)
+    return mech.G * layout.friction(name, base)
 
 
 def _to_hand_on(layout: Layout, own: str, other: str, after: float) -> float:

@@ -26,14 +26,16 @@ _OF_STUDIO = ("studio", "safety")
 
 
 def _studio(name: str, cases: Path | None, full: bool) -> list[Row]:
+    from physagent_studio.benchmark.hostile import hostile
     from physagent_studio.studio.figures import examples, measure_safety, measure_studio
 
     figures = (
         measure_studio(photos=examples(cases)) if name == "studio" else measure_safety(full=full)
     )
-    return [
+    rows = [
         (at_least if figure.above else at_most)(
             figure.name, figure.value, figure.bound, figure.unit
         )
         for figure in figures
     ]
+    return rows if name == "studio" else [*rows, *hostile()]

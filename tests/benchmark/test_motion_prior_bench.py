@@ -5,8 +5,8 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
+from physagent_studio.benchmark.hostile import _files, refusal
 from physagent_studio.benchmark.motion_prior.bench import _frames, _truth, against_truth, occlusions
-from physagent_studio.benchmark.motion_prior.hostile import _files, refusal
 from physagent_studio.benchmark.motion_prior.scenes import MOTIONS
 from physagent_studio.rendering import flow_between
 

@@ -14,8 +14,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from physagent_studio.benchmark.hostile import hostile
 from physagent_studio.benchmark.motion_prior.beside_mujoco import beside_mujoco
-from physagent_studio.benchmark.motion_prior.hostile import hostile
 from physagent_studio.benchmark.motion_prior.scenes import (
     MOTIONS,
     PLACE,

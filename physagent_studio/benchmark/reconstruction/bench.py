@@ -6,7 +6,6 @@ import json
 import math
 import resource
 import sys
-import tempfile
 import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -15,7 +14,6 @@ import cv2
 import numpy as np
 
 from physagent_studio.arrays import BoolArray
-from physagent_studio.benchmark.reconstruction.bad_pictures import cost_of, make_all
 from physagent_studio.benchmark.reconstruction.cover import (
     Cover,
     cover_rows,
@@ -48,7 +46,7 @@ POLYGONS = Path(__file__).resolve().parents[3] / "tests" / "data" / "reference_p
 
 def bench(cases: Path | None = None, out: Path | None = None) -> list[Row]:
     """All rows; the photographs are left out where `cases` or the reference outlines are absent."""
-    rows = [*_synthetic(), *_lookalikes(), *_ramps(), *plate_rows(), *_bad_pictures()]
+    rows = [*_synthetic(), *_lookalikes(), *_ramps(), *plate_rows()]
     rows += many_part_rows()
     if cases is not None and POLYGONS.is_file():
         rows += _photographs(cases)
@@ -208,16 +206,6 @@ def _ramps() -> list[Row]:
         if found is not None:
             errors.append(abs(math.degrees(math.atan2(found.rise, found.run) - slope)))
     return [at_most("ramp slope from three clicks, median", float(np.median(errors)), 1.0, "°")]
-
-
-def _bad_pictures() -> list[Row]:
-    """Time and memory of what is read or refused although it is made to bite."""
-    with tempfile.TemporaryDirectory() as folder:
-        costs = [cost_of(path) for _, path in make_all(Path(folder))]
-    return [
-        at_most("bad pictures: slowest", max(cost.seconds for cost in costs), 1.0, "s"),
-        at_most("bad pictures: memory", max(cost.peak for cost in costs), 300, "MB"),
-    ]
 
 
 # --- photographs -------------------------------------------------------------------------------

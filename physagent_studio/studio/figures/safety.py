@@ -23,7 +23,6 @@ from websockets.typing import Origin
 from physagent_studio.errors import StudioError
 from physagent_studio.studio.access import Access
 from physagent_studio.studio.commands import read_letter
-from physagent_studio.studio.figures.bombs import bombs
 from physagent_studio.studio.figures.measure import soaked
 from physagent_studio.studio.figures.wire import (
     TOKEN,
@@ -100,7 +99,7 @@ STRANGE = (
 def measure_safety(*, messages: int = 4000, soak: float = 60.0, full: bool = False) -> list[Figure]:
     """All rows; messages: hostile ones. soak: seconds of scrubbing at 30 Hz."""
     messages, soak = (100_000, 3600.0) if full else (messages, soak)
-    return [*_messages(messages), *_logins(), *_crowd(), *soaked(soak), *bombs()]
+    return [*_messages(messages), *_logins(), *_crowd(), *soaked(soak)]
 
 
 # --- raw messages ------------------------------------------------------------------------------

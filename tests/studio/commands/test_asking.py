@@ -74,6 +74,7 @@ def test_a_page_that_presents_or_watches_is_told_what_it_may() -> None:
         '{"do":"viewer","token":"../../etc"}',
         '{"do":"new","photo":"","prompt":"x","objects":[["a/b",[]]]}',
         "[" * 100_000,
+        '{"do": "scrub", "frame": 1' + "0" * 10_000 + "}",
     ],
 )
 def test_refused_with_a_sentence(text: str) -> None:

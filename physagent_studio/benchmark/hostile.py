@@ -11,6 +11,7 @@ import sys
 import tempfile
 import time
 import zipfile
+import zlib
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -25,14 +26,18 @@ from physagent_studio.exchange.files import bytes_of, text_of
 from physagent_studio.exchange.peers.handler import read_handler
 from physagent_studio.exchange.peers.mjcf import load_mjcf
 from physagent_studio.exchange.peers.reading import load_peer
+from physagent_studio.exchange.plain_yaml import read_yaml
 from physagent_studio.exchange.prior.export import FORMAT, MARK
 from physagent_studio.jobs import Limits, shared
 from physagent_studio.jobs.worker import import_all
 from physagent_studio.program.text.document import load_program
 from physagent_studio.reconstruction import read_photo
 from physagent_studio.reconstruction.backends.mesh_files import MESH, textured_from
+from physagent_studio.reconstruction.photo.header import Header
+from physagent_studio.reconstruction.photo.reading import decoded_within
 from physagent_studio.session import Store
 from physagent_studio.workbench.mesh_edits import materials_beside
+from physagent_studio.workbench.program_texts import read_program
 
 Reader = Callable[[Path], object]
 _TASKS = (
@@ -93,6 +98,8 @@ def _files() -> Iterator[tuple[str, bytes | Zeros, Reader]]:
     yield "config.yaml", _CONFIG + b"dt: &a [*a]\n", load_peer
     yield "config.yaml", _CONFIG + b"gravity_direction: [0, 0]\n", load_peer
     yield from _of_our_own()
+    yield from _pictures()
+    yield from _texts()
 
 
 def _of_our_own() -> Iterator[tuple[str, bytes | Zeros, Reader]]:
@@ -131,6 +138,8 @@ def _of_our_own() -> Iterator[tuple[str, bytes | Zeros, Reader]]:
     yield "a.glb", _glb({"accessors": [{"count": 10**9}]}), mesh
     yield "a.glb", _glb({"buffers": [{"uri": "../../a.bin"}]}), mesh
     yield "a.glb", _glb({"images": [{"bufferView": 9}], "bufferViews": []}), mesh
+    yield "a.glb", _glb({}, b"[" * 100_000), mesh
+    yield "a.glb", _glb({}, b'{"accessors":[{"count":1' + b"0" * 10_000 + b"}]}"), mesh
     manifest: dict[str, bytes | int] = {
         "manifest.json": b'{"format": 1, "schema": 2}',
         "rows.json": b"{}",
@@ -145,8 +154,67 @@ def _of_our_own() -> Iterator[tuple[str, bytes | Zeros, Reader]]:
     yield "meta.json", json.dumps(made | {"made_from": {"format": 99}}).encode(), prior
 
 
-def _glb(document: dict[str, object]) -> bytes:
-    text = json.dumps({"asset": {"version": "2.0"}} | document).encode()
+def _pictures() -> Iterator[tuple[str, bytes | Zeros, Reader]]:
+    """Pictures that promise more than they hold, or hold more than they promise."""
+
+    def decoder(path: Path) -> object:
+        # As if the check of the header had been led to another one.
+        return decoded_within(path.read_bytes(), Header("JPEG", 480, 480, 3, 8), path.name)
+
+    progressive = [cv2.IMWRITE_JPEG_PROGRESSIVE, 1]
+    large, small = _jpeg(32767, 32767), _jpeg(64, 64)
+    yield "i.jpg", large, read_photo
+    yield "i.jpg", _jpeg(20_000, 20_000), decoder
+    yield "i.jpg", _jpeg(30_000, 30_000, progressive), read_photo
+    yield "i.jpg", _jpeg(30_000, 30_000, progressive), decoder
+    # A marker without a length stands before what a careless reader takes for the header.
+    yield "i.jpg", b"\xff\xd8\xff\x01" + large[2:] + small[2:], read_photo
+    scans = _jpeg(4000, 4000, progressive)
+    last = scans.rindex(b"\xff\xda")
+    for many in (600, 60):
+        yield "i.jpg", scans[:last] + scans[last:-2] * many + b"\xff\xd9", read_photo
+    yield "i.png", _png(20_000, 20_000), read_photo
+    yield "i.png", _png(4900, 5000)[:-3000], read_photo
+
+
+def _jpeg(width: int, height: int, how: list[int] | None = None) -> bytes:
+    """Noise of 480 × 480 pixels, its header saying another size."""
+    noise = np.random.default_rng(0).integers(0, 255, (64, 64, 3), dtype=np.uint8)
+    data = cv2.imencode(".jpg", cv2.resize(noise, (480, 480)), how or [])[1].tobytes()
+    at = next(i for i in range(len(data)) if data[i] == 0xFF and data[i + 1] in (0xC0, 0xC2))
+    return data[: at + 5] + struct.pack(">HH", height, width) + data[at + 9 :]
+
+
+def _png(width: int, height: int) -> bytes:
+    def chunk(kind: bytes, body: bytes) -> bytes:
+        check = struct.pack(">I", zlib.crc32(kind + body))
+        return struct.pack(">I", len(body)) + kind + body + check
+
+    head = struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)
+    body = zlib.compress(bytes(min(width * height * 3, 2**26)), 9)
+    parts = (chunk(b"IHDR", head), chunk(b"IDAT", body), chunk(b"IEND", b""))
+    return b"\x89PNG\r\n\x1a\n" + b"".join(parts)
+
+
+def _texts() -> Iterator[tuple[str, bytes | Zeros, Reader]]:
+    """Texts that are nested, repeated or long beyond reason."""
+
+    def yaml(path: Path) -> object:
+        return read_yaml(path.read_text(encoding="utf-8"), path.name)
+
+    def program(path: Path) -> object:
+        return read_program(path.read_text(encoding="utf-8"))
+
+    aliases = "a0: &a0 [x, x]\n" + "".join(
+        f"a{n}: &a{n} [{', '.join([f'*a{n - 1}'] * 9)}]\n" for n in range(1, 30)
+    )
+    yield "b.yaml", aliases.encode(), yaml
+    yield "b.yaml", b"- a\n" * 300_000, yaml
+    yield "p.yaml", b"- a\n" * 62_000, program
+
+
+def _glb(document: dict[str, object], raw: bytes = b"") -> bytes:
+    text = raw or json.dumps({"asset": {"version": "2.0"}} | document).encode()
     text += b" " * (-len(text) % 4)
     chunk = struct.pack("<II", len(text), 0x4E4F534A) + text
     return struct.pack("<4sII", b"glTF", 2, 12 + len(chunk)) + chunk

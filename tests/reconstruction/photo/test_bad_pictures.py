@@ -1,4 +1,4 @@
-"""Pictures that bite, made from nothing, and what reading each costs in a process of its own."""
+"""Pictures that bite: each is read or refused in a sentence, in little memory."""
 
 from __future__ import annotations
 
@@ -6,12 +6,13 @@ import struct
 import subprocess
 import sys
 import zlib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
 import cv2
 import numpy as np
+import pytest
 
 SCRIPT = """
 import pathlib, resource, sys, time
@@ -50,14 +51,6 @@ def cost_of(path: Path) -> Cost:
     )
     seconds, peak, said = done.stdout.strip().split(" ", 2)
     return Cost(float(seconds), float(peak), said)
-
-
-def make_all(folder: Path) -> Iterator[tuple[str, Path]]:
-    """(what it is, file) of every bad or unusual picture, written into `folder`."""
-    for name, make in KINDS.items():
-        path = folder / name.replace(" ", "_")
-        make(path)
-        yield name, path
 
 
 def _chunk(kind: bytes, data: bytes) -> bytes:
@@ -120,4 +113,27 @@ KINDS: dict[str, Callable[[Path], None]] = {
     "largest that is kept": lambda path: _png(path, 4950, 4950),
     "JPEG of a telephone, 50 million pixels": _large_jpeg,
 }
-"""Bad and unusual pictures by name."""
+
+MOST_MB = 300
+"""Of the whole process."""
+READ = {
+    "largest that is kept": "read 4950x4950x3",
+    "JPEG of a telephone, 50 million pixels": "read 2880x4320x3",
+}
+REFUSED = {
+    "30000 x 30000 PNG": "at most 24 million",
+    "65500 x 65500 JPEG": "at most 24 million",
+    "16 bits, 4950 x 4950": "save it at 8 bits",
+    "animated": "animation",
+    "archive": "zip archive",
+}
+
+
+@pytest.mark.parametrize("name", KINDS)
+def test_little_memory_and_one_sentence(name: str, tmp_path: Path) -> None:
+    path = tmp_path / "picture.png"
+    KINDS[name](path)
+    cost = cost_of(path)
+    assert cost.peak < MOST_MB, cost
+    assert REFUSED.get(name, "") in cost.said
+    assert cost.said.startswith("refused" if name in REFUSED else READ.get(name, "read 64x64x3"))

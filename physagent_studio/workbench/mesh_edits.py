@@ -17,7 +17,6 @@ from physagent_studio.exchange.files import bytes_of
 from physagent_studio.jobs import JobFailed, Limits, shared
 from physagent_studio.program import AddItem, Edit, PhysicalProgram
 from physagent_studio.program.scene.state import Meshed, SceneObject
-from physagent_studio.reconstruction.backends.frames import zup_from_yup
 from physagent_studio.reconstruction.backends.mesh_files import (
     MESH,
     UNREADABLE,
@@ -65,7 +64,10 @@ class Form:
 
     def body(self, name: str, longest: float, up: Up) -> Mesh:
         """The form `longest` metres long, z up, about its centre of mass."""
-        vertices = zup_from_yup(self.mesh.vertices) if up == "y" else self.mesh.vertices
+        vertices = self.mesh.vertices
+        if up == "y":
+            # Its front (+z) looks at −y.
+            vertices = vertices[:, [0, 2, 1]] * (1, -1, 1)
         body, _ = body_of(vertices * (longest / self.extent), self.mesh.faces, name)
         return replace(self.mesh, vertices=body.vertices, faces=body.faces)
 

@@ -1,1 +1,0 @@
-"""Scripts that run in other environments; nothing here is imported by the product."""

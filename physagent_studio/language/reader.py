@@ -102,6 +102,7 @@ class _Reader(Meanings):
             self.unknown[word] = None
         _aim_at_what_gives_way(self.frames)
         _but_not(self.frames)
+        _back_once_turned(self.frames)
         clauses = tuple(c for c in self.clauses if c.text)
         return Reading(clauses, tuple(self.frames), tuple(self.unknown))
 
@@ -305,6 +306,15 @@ def _aim_at_what_gives_way(frames: list[EventFrame]) -> None:
         if after.patient == (aim.name,) and after.sense in _GIVES_WAY and not after.negated:
             rows = tuple(("against", p) if r == "at" else (r, p) for r, p in frame.places)
             frames[index] = replace(frame, places=rows)  # type: ignore[arg-type]
+
+
+def _back_once_turned(frames: list[EventFrame]) -> None:
+    """ "It turns around and drives back": where it came from, front first."""
+    turned: set[str] = set()
+    for index, frame in enumerate(frames):
+        if frame.direction == "backward" and turned & {*frame.patient}:
+            frames[index] = replace(frame, direction=None)
+        turned |= {*frame.patient} if frame.sense == "turn_around" else set()
 
 
 def _but_not(frames: list[EventFrame]) -> None:

@@ -84,7 +84,7 @@ POSTURES: dict[str, str] = {
     "upright": "upright", "standing": "upright", "stable": "still", "still": "still",
     "untouched": "still", "unmoved": "still", "motionless": "still", "stationary": "still",
     "undisturbed": "still", "unharmed": "still", "unscathed": "still", "undamaged": "still",
-    "intact": "still", "unaffected": "still", "fixed": "still",
+    "intact": "still", "unaffected": "still", "fixed": "still", "parked": "still",
     "put": "still", "supine": "supine", "prone": "prone",
     "flat": "flat", "steady": "still", "balanced": "upright",
     "vertical": "upright", "behind": "still",

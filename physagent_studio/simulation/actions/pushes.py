@@ -223,7 +223,7 @@ class ApplyTorqueEffect(Push):
 
 
 class ApplyAngledForceEffect(Push):
-    """A force at an angle to the horizontal velocity."""
+    """A force at an angle to the horizontal velocity; across it, it steers what is on wheels."""
 
     @property
     def each_substep(self) -> bool:
@@ -233,6 +233,11 @@ class ApplyAngledForceEffect(Push):
 
     def wrench(self, world: World, time: float) -> tuple[FloatArray, FloatArray]:
         vx, vy, _ = world.part(self.name).velocity()
+        across = self.action.magnitude * math.sin(math.radians(self.action.angle))
+        if world.wheels is not None and world.wheels.steer(world.names[self.name], across):
+            along = self.action.magnitude * math.cos(math.radians(self.action.angle))
+            way = np.array([vx, vy, 0.0]) / max(math.hypot(vx, vy), 1e-9)
+            return along * way, ZERO
         angle = math.radians(self.action.angle)
         speed = math.hypot(vx, vy)
         heading = math.atan2(vy, vx) if speed > 1e-9 else 0.0

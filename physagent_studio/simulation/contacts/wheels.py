@@ -9,6 +9,9 @@ Where a limit is reached it rolls on, slips or is turned as by Coulomb's law. Th
 of mass: springs and riders lean against them, so that a push to the side makes nothing tip over.
 The forces only ever take away motion, and what carries it gets their opposite.
 
+A force across its way steers it: the wheels turn it, as far as they can, so that its way bends as
+much as that force would bend it.
+
 Lying on its side it slides as its material does; so it does against what it runs into.
 """
 
@@ -30,6 +33,10 @@ from physagent_studio.simulation.model.model import Compiled
 from physagent_studio.simulation.model.parts import Part, RigidPart
 from physagent_studio.simulation.surfaces import FloatArray
 
+MAX_CURVATURE = 2.0
+"""1 / turning radius, over 1 / length: a toy turns on the spot of its length, a car takes twice
+that."""
+
 Footing: TypeAlias = tuple[FloatArray, FloatArray, int, float]
 """What carries it: unit normal, point, index of the object or −1, and friction with it."""
 
@@ -38,14 +45,16 @@ class Wheelset:
     """One object on wheels.
 
     footing: what it stands on with its wheels, None where it does not. loosened: its contact
-    pairs whose friction is the wheels'.
+    pairs whose friction is the wheels'. steered: N across its way, to the left, by which its wheels
+    are turned for the engine step that comes.
     """
 
     def __init__(
         self, part: RigidPart, given: Given, rotation: Sequence[float], extent: FloatArray
     ) -> None:
         self.up, self.ahead = axes_of(given, rotation)
-        self.arm = ARM * float(np.abs(self.ahead) @ extent)
+        self.length = float(np.abs(self.ahead) @ extent)
+        self.arm, self.steered = ARM * self.length, 0.0
         self.part, self.given = part, given
         self.principal = matrix_of(part.model.body_iquat[part.handle.body].tolist())
         # Of each of its contact pairs: the other's index, friction, and whether it is a support
@@ -94,8 +103,18 @@ class Wheelset:
         found = np.zeros(3)
         for way, limit in ((ahead, self.given.rolling * load), (across, grip)):
             found += way * _within(-mass * float(velocity @ way) / seconds - force @ way, limit)
-        held = -inertia * float(angular @ normal) / seconds - float(pushed[3:] @ normal)
+        turning = self._turning(float(velocity @ ahead), grip)
+        held = inertia * (turning - float(angular @ normal)) / seconds - float(pushed[3:] @ normal)
         return found, normal * _within(held, grip * self.arm)
+
+    def _turning(self, speed: float, grip: float) -> float:
+        """rad/s at which the wheels turn it at a speed along its axis, m/s, as they are steered."""
+        across = _within(self.steered, grip)
+        if across == 0 or abs(speed) < 1e-6:
+            return 0.0
+        most = MAX_CURVATURE / self.length * abs(speed)
+        # What rolls backwards turns its back the way it is steered.
+        return _within(across / (self.part.mass * speed), most) * math.copysign(1.0, speed)
 
 
 def _within(value: float, limit: float) -> float:
@@ -161,6 +180,19 @@ class Wheels:
         """Pushes with the forces that were worked out last."""
         for part, force, torque in self._given:
             part.push(force, torque)
+        for one in self._sets.values():
+            one.steered = 0.0
+
+    def steer(self, index: int, force: float) -> bool:
+        """Turns the wheels of an object as a force across its way would turn it, N, to the left.
+
+        False where it does not stand on wheels, so that the force itself has to act.
+        """
+        one = self._sets.get(index)
+        if one is None or one.footing is None:
+            return False
+        one.steered += force
+        return True
 
     def look(self) -> None:
         """Sees by the contacts of the last engine step which of them stand on their wheels."""

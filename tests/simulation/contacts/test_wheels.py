@@ -7,7 +7,13 @@ import pytest
 
 from physagent_studio.benchmark.physics.scenes import ground, program, thing
 from physagent_studio.program import Directed, SceneObject
-from physagent_studio.program.actions import ApplyForce, SetOrientation, SetPosition, SetVelocity
+from physagent_studio.program.actions import (
+    ApplyAngledForce,
+    ApplyForce,
+    SetOrientation,
+    SetPosition,
+    SetVelocity,
+)
 from physagent_studio.program.rotations import about_axis, about_up, matrix_of, multiply
 from physagent_studio.program.scene.state import Box, Meshed, Ramp, Slab, Sphere, Wheels
 from physagent_studio.records.scene import Mesh
@@ -199,3 +205,42 @@ def test_a_body_that_is_lowest_at_one_corner_stands_on_its_wheels(on_wheels):
         moved = Simulator().simulate(program([item], [ground()], [go], seconds=1.0), {"car": mesh})
         assert turned(moved) < 1
         assert moved.positions[-1, 0, 0] > 0.5
+
+
+def steered(force: float, speed: float = 1.0, *, wheels: bool = True, **given):
+    """It rolls to the right at a speed, and is steered from step 10 to 110."""
+    start = SetVelocity(id="go", name="car", velocity=(speed, 0, 0))
+    bend = ApplyAngledForce(
+        id="bend", name="car", magnitude=abs(force), angle=math.copysign(90, force),
+        start_step=10, duration=100,
+    )  # fmt: skip
+    item = car(0.0, rolling=0.0, grip=0.9, **given)
+    item = item if wheels else item.model_copy(update={"wheels": None, "friction": 0.0})
+    return simulate(program([item], [ground()], [start, bend]))
+
+
+@pytest.mark.parametrize(("force", "speed"), [(2.0, 1.0), (-2.0, 1.0), (1.0, -1.0)])
+def test_a_force_across_its_way_steers_it(force, speed):
+    rollout = steered(force, speed)
+    mass = 500.0 * 0.4 * 0.2 * 0.1
+    way = rollout.velocities[110:, 0, :2].mean(0)
+    bent = math.degrees(math.atan2(way[1], way[0]) - (0 if speed > 0 else math.pi))
+    bent = (bent + 180) % 360 - 180
+    # It turns by force · time / (mass · speed), and faces where it goes.
+    assert bent == pytest.approx(math.degrees(force / (mass * abs(speed))), rel=0.05)
+    assert turned(rollout) == pytest.approx(abs(bent), abs=1)
+    assert np.hypot(*way) == pytest.approx(abs(speed), rel=0.02)
+
+
+def test_it_turns_no_tighter_than_its_wheels_can_be_turned():
+    rollout = steered(1000.0)
+    path = rollout.positions[10:110, 0, :2]
+    width = np.ptp(path, axis=0).max()
+    # The least circle is as wide as it is long.
+    assert width == pytest.approx(0.4, rel=0.15)
+
+
+def test_without_wheels_the_force_pushes_and_turns_nothing():
+    rollout = steered(2.0, wheels=False)
+    assert turned(rollout) < 1
+    assert abs(way_of(rollout)) > 3

@@ -155,6 +155,8 @@ def script_for(task: Task) -> Script:
         return scripts.off_edge
     if layout.ramp_below(intent.name) is not None and intent.has(*_SLOPE):
         return down_ramp
+    if task.wheels is not None and scripts.turns_off(task):
+        return scripts.drive
     return _by_sense(task)
 
 

@@ -50,6 +50,20 @@ def free_way(layout: Layout, name: str, way: FloatArray) -> float:
     return min(free, *(_before(layout, name, item.name, way) for item in layout.state.objects))
 
 
+def seen_along(layout: Layout, name: str, offsets: FloatArray) -> float:
+    """Share of a way, offsets (n, 2) from where a thing stands, m, on which it is seen as whole
+    as it may be asked to be; 1 without a camera."""
+    camera, body = layout.state.camera, layout.placed(name)
+    if camera is None or body is None or body.outline is None:
+        return 1.0
+    here = stretched(body, len(offsets))
+    moves = np.column_stack([offsets, np.zeros(len(offsets))])
+    moved = Placed(body.outline, positions=here.positions + moves, matrices=here.matrices)
+    shares = shares_of(moved, camera)
+    least = min(FRAMING.min_seen_share, 0.95 * float(shares[0]))
+    return float((shares >= least).mean())
+
+
 def good_way(layout: Layout, name: str, way: FloatArray) -> float:
     """The way that a motion takes of which nobody says how far it goes, m."""
     free = free_way(layout, name, way)

@@ -54,7 +54,7 @@ class HeadingSettings:
 HEADING = HeadingSettings()
 
 
-OFF_ITS_WHEELS = ("drift", "spin", "turn", "turn_around", "curve", "circle", "flip", "tip_over")
+OFF_ITS_WHEELS = ("drift", "spin", "flip", "tip_over")
 """Senses in which a thing leaves its axis. Wheels that hold would hinder them, so it gets none: it
 slides and turns as its material lets it, from the beginning of the clip on."""
 
@@ -82,7 +82,9 @@ def _wheels(
 ) -> tuple[Wheels | None, tuple[str, ...]]:
     """The wheels of one thing, None where it has or uses none, and what is assumed of it."""
     kind = kind_of(item.name)
-    if kind is None or kind.wheels is None or (task is not None and leaves_its_axis(task)):
+    if kind is None or kind.wheels is None:
+        return None, ()
+    if task is not None and leaves_its_axis(task, kind.wheels != "any_way"):
         return None, ()
     way, bound = (None, False) if task is None else _way(task)
     axis, shown = _axis(item, layout)
@@ -92,6 +94,8 @@ def _wheels(
     # What goes up or down a slope on wheels lies along it.
     on_slope = way is not None and layout.downhill(item.name) is not None
     keeps = shown and not on_slope and kind.wheels != "any_way"
+    if way is None and task is not None and scripts.turns_off(task):
+        axis = scripts.room_ahead(layout, item.name, axis)
     goes = axis if way is None else _facing(axis, way, keeps, bound)
     backwards = task is not None and task.backwards
     front = -goes if backwards else goes
@@ -121,15 +125,18 @@ def _reason(goes: bool, backwards: bool, shown: bool) -> str:
     return "along its longer side" if shown else "for its outline shows no axis"
 
 
-def leaves_its_axis(task: Task) -> bool:
-    """Whether the prompt has it skid, drift, turn or be tipped, so that its wheels do not hold."""
-    intent = task.intent
-    bent = any(f.path in ("curve", "circle") for f in intent.frames)
-    if bent or intent.manner("skidding") or intent.has(*OFF_ITS_WHEELS):
+def leaves_its_axis(task: Task, steered: bool) -> bool:
+    """Whether the prompt has it skid, drift, be turned or tipped, so that its wheels do not hold.
+
+    steered: whether its wheels can be turned.
+    """
+    intent, on_slope = task.intent, task.layout.ramp_below(task.name) is not None
+    if intent.manner("skidding") or intent.has(*OFF_ITS_WHEELS):
+        return True
+    if scripts.turns_off(task) and (on_slope or not steered):
         return True
     sideways = any(f.direction == "sideways" for f in intent.frames)
     tipped = intent.has("topple", "lose_balance", "knock_over") and not intent.hits
-    on_slope = task.layout.ramp_below(task.name) is not None
     return sideways or tipped or (intent.has("reverse") and on_slope)
 
 
@@ -181,6 +188,8 @@ def _way(task: Task) -> tuple[FloatArray | None, bool]:
     """Level unit direction (3,) in which the prompt has it go, None where it has it go nowhere;
     and whether that is exact: to a thing or along a slope, and no direction by its name."""
     script, ramp = script_for(task), task.ramp_ahead()
+    if scripts.turns_off(task):
+        return scripts.way_before_turn(task), False
     if script is scripts.up_ramp and ramp is not None:
         return np.array([math.cos(ramp.yaw), math.sin(ramp.yaw), 0.0]), True
     if script is down_ramp:

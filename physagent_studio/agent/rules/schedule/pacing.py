@@ -9,8 +9,8 @@ from physagent_studio.agent.rules.contract.intents import Intent, intents_of
 from physagent_studio.agent.rules.scene import mechanics as mech
 from physagent_studio.agent.rules.scene.measures import Layout
 from physagent_studio.agent.rules.schedule.scripts.task import Task
-from physagent_studio.knowledge import pace_of
-from physagent_studio.language import EventFrame, Reading
+from physagent_studio.agent.rules.schedule.speeds import speed_range
+from physagent_studio.language import Reading
 from physagent_studio.program.contract import Speeds
 
 FALLS = ("fall", "land", "slip", "leave", "lose_support", "lose_balance", "fly", "bounce", "jump")
@@ -38,29 +38,13 @@ def _pace(intent: Intent, layout: Layout, needed: float) -> Speeds | None:
         return None
     if layout.downhill(name) is not None or layout.carrier(name) is None:
         return None
-    ranges = [row for frame in own if (row := _range(frame, layout.size(name))) is not None]
+    ranges = [row for frame in own if (row := speed_range(frame, layout.size(name))) is not None]
     if not ranges:
         return None
     low, high, verb = max(ranges, key=lambda row: row[1])
     # Where it is told how far, it may go as fast as that takes.
     high = max(high, round(1.5 * needed, 3))
     return Speeds(subject=name, verb=verb.replace("_", " "), low=low, high=high)
-
-
-def _range(frame: EventFrame, size: float) -> tuple[float, float, str] | None:
-    """Lowest and highest speed, m/s, of the verb for a thing of that size, m."""
-    if frame.speed is not None:
-        return 0.5 * frame.speed, 1.5 * frame.speed, frame.sense
-    pace = pace_of(frame.sense)
-    if pace is None or pace.plain.metres.high <= 0:
-        return None
-    said = pace.plain
-    if frame.manner & {"slow", "gentle"}:
-        said = pace.slow
-    elif frame.manner & {"fast", "hard"}:
-        said = pace.fast
-    high = min(said.metres.high, max(said.lengths.high * size, said.metres.low))
-    return min(said.metres.low, said.lengths.low * size), round(high, 3), frame.sense
 
 
 def speed_to_get_there(task: Task) -> float:

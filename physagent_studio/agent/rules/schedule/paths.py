@@ -50,7 +50,7 @@ def clearance(
         if layout.placed(other) is None or other == name:
             continue
         away = np.linalg.norm(points[:, :2] - layout.position(other)[:2], axis=1)
-        gaps.append(float(away.min()) - _reach(layout, name) - _reach(layout, other))
+        gaps.append(float(away.min()) - reach(layout, name) - reach(layout, other))
     return min(gaps)
 
 
@@ -60,7 +60,7 @@ def arc_length(distance: float, turn: float) -> float:
     return distance * half / math.sin(half) if 1e-3 < half < math.pi - 1e-3 else distance
 
 
-def _reach(layout: Layout, name: str) -> float:
+def reach(layout: Layout, name: str) -> float:
     """Half of the widest level extent, m."""
     ways = [np.array([math.cos(a), math.sin(a), 0.0]) for a in np.linspace(0, np.pi, 4)]
     return max(layout.extent(name, way) for way in ways)

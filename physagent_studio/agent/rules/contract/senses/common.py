@@ -119,6 +119,9 @@ def bent_path(c: Context) -> list[Spec]:
         return [spec("path_bends", c.subject, angle=15.0, negated=True)]
     angle = 150.0 if c.frame.path == "circle" else 10.0
     side = c.frame.direction if c.frame.direction in ("left", "right") else "either"
+    if c.frame.place("around") is not None:
+        # "Drives to the left in a curve around the cone": on either side of it.
+        side = "either"
     if c.frame.path == "curve" and side == "either" and c.frame.sense in FLIGHTS:
         # Weight bends its way by itself, seen from the side.
         return []

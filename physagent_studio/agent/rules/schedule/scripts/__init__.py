@@ -5,6 +5,12 @@ numbers come from the reconstructed geometry; what the engine does beyond the fo
 to the rounds that follow.
 """
 
+from physagent_studio.agent.rules.schedule.scripts.driven import (
+    drive,
+    room_ahead,
+    turns_off,
+    way_before_turn,
+)
 from physagent_studio.agent.rules.schedule.scripts.edges import off_edge, way_off
 from physagent_studio.agent.rules.schedule.scripts.flight import (
     float_down,

@@ -1,14 +1,9 @@
-"""Exports a rollout as animated binary glTF 2.0: textured objects that move, supports, camera.
-
-Source: Khronos glTF 2.0 specification, sections 3.6 (accessors) and 4.4 (GLB).
-"""
+"""Exports a rollout as animated binary glTF 2.0: textured objects that move, supports, camera."""
 
 from __future__ import annotations
 
-import json
 import math
-import struct
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -18,13 +13,13 @@ from numpy.typing import NDArray
 
 from physagent_studio.errors import InputError
 from physagent_studio.exchange.files import written
+from physagent_studio.exchange.gltf import INDICES, UNLIT, VERTICES, GltfWriter
 from physagent_studio.program.rotations import quaternion_of
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.records.rollout import Rollout
 from physagent_studio.records.scene import Mesh, Scene
 from physagent_studio.rendering.lit import vertex_light
 
-_UNLIT = "KHR_materials_unlit"
 _Y_UP = [-math.sqrt(0.5), 0.0, 0.0, math.sqrt(0.5)]
 """Our z is up, glTF's y: the root turns by −90° about x (xyzw)."""
 _MOST_SHAPES = 41
@@ -163,13 +158,13 @@ def _photo(gltf: GltfWriter, name: str, mesh: Mesh) -> int:
     if sampler is None:
         sampler = gltf.add("samplers", {"wrapS": 33071, "wrapT": 33071})
     texture = gltf.add("textures", {"source": image, "sampler": sampler})
-    gltf.extension(_UNLIT)
+    gltf.extension(UNLIT)
     return gltf.add(
         "materials",
         {
             "name": name,
             "pbrMetallicRoughness": {"baseColorTexture": {"index": texture}, "metallicFactor": 0},
-            "extensions": {_UNLIT: {}},
+            "extensions": {UNLIT: {}},
         },
     )
 
@@ -199,72 +194,3 @@ def _camera(gltf: GltfWriter, camera: Camera) -> int:
     w, x, y, z = quaternion_of(camera.matrix @ np.diag([1.0, -1.0, -1.0]))
     pose = {"translation": list(camera.position), "rotation": [x, y, z, w]}
     return gltf.add("nodes", {"name": "camera", "camera": index, **pose})
-
-
-_COMPONENTS = {"float32": 5126, "uint32": 5125, "uint16": 5123, "uint8": 5121}
-_SHAPES = {1: "SCALAR", 2: "VEC2", 3: "VEC3", 4: "VEC4"}
-_JSON, _BIN = 0x4E4F534A, 0x004E4942
-VERTICES, INDICES = 34962, 34963
-"""Targets of buffer views that hold vertex attributes and indices."""
-
-
-@dataclass(slots=True)
-class GltfWriter:
-    """Collects one glTF document; `glb()` gives its bytes.
-
-    Every `add_*` returns the index by which other parts refer to what was added.
-    """
-
-    document: dict[str, Any] = field(
-        default_factory=lambda: {"asset": {"version": "2.0", "generator": "physagent-studio"}}
-    )
-    binary: bytearray = field(default_factory=bytearray)
-
-    def add(self, room: str, item: dict[str, Any]) -> int:
-        """Append to one of the document's arrays (`nodes`, `meshes`, …)."""
-        items = self.document.setdefault(room, [])
-        items.append(item)
-        return len(items) - 1
-
-    def add_bytes(self, data: bytes, target: int | None = None) -> int:
-        """A buffer view over these bytes, aligned to four."""
-        self.binary += b"\0" * (-len(self.binary) % 4)
-        view = {"buffer": 0, "byteOffset": len(self.binary), "byteLength": len(data)}
-        if target is not None:
-            view["target"] = target
-        self.binary += data
-        return self.add("bufferViews", view)
-
-    def add_array(self, values: NDArray[Any], target: int | None = None) -> int:
-        """An accessor over (N,) or (N, k) float32 or unsigned values, with its bounds."""
-        values = np.ascontiguousarray(values)
-        columns = 1 if values.ndim == 1 else values.shape[1]
-        flat = values.reshape(len(values), columns)
-        accessor: dict[str, Any] = {
-            "bufferView": self.add_bytes(values.tobytes(), target),
-            "componentType": _COMPONENTS[values.dtype.name],
-            "count": len(values),
-            "type": _SHAPES[columns],
-        }
-        if len(values):
-            accessor["min"] = flat.min(0).tolist()
-            accessor["max"] = flat.max(0).tolist()
-        return self.add("accessors", accessor)
-
-    def extension(self, name: str) -> None:
-        """Note that the document uses an extension."""
-        used = self.document.setdefault("extensionsUsed", [])
-        if name not in used:
-            used.append(name)
-
-    def glb(self) -> bytes:
-        """The whole file."""
-        self.document["buffers"] = [{"byteLength": len(self.binary)}]
-        text = json.dumps(self.document, separators=(",", ":")).encode()
-        text += b" " * (-len(text) % 4)
-        binary = bytes(self.binary) + b"\0" * (-len(self.binary) % 4)
-        total = 12 + 8 + len(text) + 8 + len(binary)
-        parts = [struct.pack("<4sII", b"glTF", 2, total)]
-        for kind, chunk in ((_JSON, text), (_BIN, binary)):
-            parts += [struct.pack("<II", len(chunk), kind), chunk]
-        return b"".join(parts)

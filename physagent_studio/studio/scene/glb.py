@@ -13,14 +13,12 @@ Source of the curve: three.js r16x, `tonemapping_pars_fragment.glsl`, `ACESFilmi
 
 from __future__ import annotations
 
-import json
-import struct
-
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from physagent_studio.arrays import FloatArray
+from physagent_studio.exchange.gltf import INDICES, UNLIT, VERTICES, GltfWriter
 from physagent_studio.records import Image, Mesh
 from physagent_studio.rendering.lit import vertex_light
 
@@ -66,27 +64,39 @@ def glb_of(mesh: Mesh, *, quality: int = 92) -> bytes:
 
     A texture that is without light gets the photo's by its vertices, as it was built.
     """
-    vertices = np.ascontiguousarray(mesh.vertices, np.float32)
-    faces = np.ascontiguousarray(mesh.faces, np.uint32)
-    chunks = [vertices.tobytes(), _normals(mesh).tobytes(), faces.tobytes()]
-    picture = light = None
+    gltf = GltfWriter()
+    attributes = {
+        "POSITION": gltf.add_array(mesh.vertices.astype(np.float32), VERTICES),
+        "NORMAL": gltf.add_array(_normals(mesh), VERTICES),
+    }
+    indices = gltf.add_array(mesh.faces.astype(np.uint32).ravel(), INDICES)
     if mesh.texture is not None and mesh.uv is not None:
         height, width = mesh.texture.shape[:2]
-        uv = np.ascontiguousarray(mesh.uv / (width, height), np.float32)
+        uv = (mesh.uv / (width, height)).astype(np.float32)
+        attributes["TEXCOORD_0"] = gltf.add_array(uv, VERTICES)
         picture, strength = before_film_curve(mesh.texture)
         ok, coded = cv2.imencode(".jpg", picture[:, :, ::-1], [cv2.IMWRITE_JPEG_QUALITY, quality])
         assert ok
-        chunks += [uv.tobytes(), coded.tobytes()]
+        view = gltf.add_bytes(coded.tobytes())
+        source = gltf.add("images", {"bufferView": view, "mimeType": "image/jpeg"})
+        gltf.add("textures", {"source": source})
         light = vertex_light(mesh)
         if light is not None:
             # Colours of vertices multiply linear light: near to what the curve makes of it.
-            chunks.append(np.ascontiguousarray(light**2.2, np.float32).tobytes())
+            attributes["COLOR_0"] = gltf.add_array((light**2.2).astype(np.float32), VERTICES)
+        gltf.extension(UNLIT)
         material = _unlit(strength)
     else:
         material = _lit(mesh.color)
-    return _pack(
-        chunks, vertices, faces, material, textured=picture is not None, light=light is not None
-    )
+    primitive = {
+        "attributes": attributes,
+        "indices": indices,
+        "material": gltf.add("materials", material),
+    }
+    shape = gltf.add("meshes", {"primitives": [primitive]})
+    node = gltf.add("nodes", {"mesh": shape})
+    gltf.document["scene"] = gltf.add("scenes", {"nodes": [node]})
+    return gltf.glb()
 
 
 def _normals(mesh: Mesh) -> NDArray[np.float32]:
@@ -106,7 +116,7 @@ def _unlit(strength: float) -> dict[str, object]:
             "baseColorTexture": {"index": 0},
         },
         "doubleSided": True,
-        "extensions": {"KHR_materials_unlit": {}},
+        "extensions": {UNLIT: {}},
     }
 
 
@@ -120,65 +130,3 @@ def _lit(color: tuple[int, int, int]) -> dict[str, object]:
         },
         "doubleSided": True,
     }
-
-
-def _pack(
-    chunks: list[bytes],
-    vertices: NDArray[np.float32],
-    faces: NDArray[np.uint32],
-    material: dict[str, object],
-    *,
-    textured: bool,
-    light: bool,
-) -> bytes:
-    views, blob = [], b""
-    for chunk in chunks:
-        views.append({"buffer": 0, "byteOffset": len(blob), "byteLength": len(chunk)})
-        blob += chunk + b"\0" * (-len(chunk) % 4)
-    low, high = vertices.min(axis=0), vertices.max(axis=0)
-    accessors = [
-        _accessor(0, 5126, len(vertices), "VEC3") | {"min": low.tolist(), "max": high.tolist()},
-        _accessor(1, 5126, len(vertices), "VEC3"),
-        _accessor(2, 5125, faces.size, "SCALAR"),
-    ]
-    attributes = {"POSITION": 0, "NORMAL": 1}
-    document: dict[str, object] = {
-        "asset": {"version": "2.0"},
-        "scene": 0,
-        "scenes": [{"nodes": [0]}],
-        "nodes": [{"mesh": 0}],
-        "materials": [material],
-        "buffers": [{"byteLength": len(blob)}],
-        "bufferViews": views,
-        "accessors": accessors,
-    }
-    if textured:
-        accessors.append(_accessor(3, 5126, len(vertices), "VEC2"))
-        attributes["TEXCOORD_0"] = 3
-        if light:
-            accessors.append(_accessor(5, 5126, len(vertices), "VEC3"))
-            attributes["COLOR_0"] = 4
-        document["images"] = [{"bufferView": 4, "mimeType": "image/jpeg"}]
-        document["textures"] = [{"source": 0}]
-        document["extensionsUsed"] = list(material["extensions"])  # type: ignore[call-overload]
-    primitive = {"attributes": attributes, "indices": 2, "material": 0}
-    document["meshes"] = [{"primitives": [primitive]}]
-    return _container(json.dumps(document, separators=(",", ":")).encode(), blob)
-
-
-def _accessor(view: int, kind: int, count: int, shape: str) -> dict[str, object]:
-    return {"bufferView": view, "componentType": kind, "count": count, "type": shape}
-
-
-def _container(text: bytes, blob: bytes) -> bytes:
-    text += b" " * (-len(text) % 4)
-    size = 12 + 8 + len(text) + 8 + len(blob)
-    return b"".join(
-        (
-            struct.pack("<4sII", b"glTF", 2, size),
-            struct.pack("<I4s", len(text), b"JSON"),
-            text,
-            struct.pack("<I4s", len(blob), b"BIN\0"),
-            blob,
-        )
-    )

@@ -124,7 +124,7 @@ def reconstruct_case(folder: Path, sheet: Path) -> Path:
     case = load_case(folder, None)
     learned = learned_here()
     program = RuleGenerator().first(case, lambda state: reconstruct(case, state, learned=learned))
-    picture = contact_sheet(reconstruct(case, program.scene, learned=learned), case)
+    picture = contact_sheet(reconstruct(case, program.scene, learned=learned))
     if not cv2.imwrite(str(sheet), picture[..., ::-1]):
         raise InputError(f"{sheet} cannot be written; its folder must be writable")
     return sheet

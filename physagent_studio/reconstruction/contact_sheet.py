@@ -10,10 +10,16 @@ from numpy.typing import NDArray
 
 from physagent_studio.program.rotations import quaternion_of
 from physagent_studio.program.scene.camera import Camera
-from physagent_studio.reconstruction.shapes.silhouettes import Seen, in_world, look
-from physagent_studio.records.case import Case, Image
+from physagent_studio.reconstruction.shapes.silhouettes import in_world, look
+from physagent_studio.records.case import Image
 from physagent_studio.records.scene import Mesh, Scene
-from physagent_studio.rendering.lit import DARK, vertex_light
+from physagent_studio.rendering.batch import Batch
+from physagent_studio.rendering.compositor import lens_of
+from physagent_studio.rendering.light import LIGHT
+from physagent_studio.rendering.raster import rasterise
+from physagent_studio.rendering.sheets import contact_sheet as tiled
+from physagent_studio.rendering.sheets import marked
+from physagent_studio.rendering.skin import Skin
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,7 +40,7 @@ class SheetSettings:
 SHEET = SheetSettings()
 
 
-def contact_sheet(scene: Scene, case: Case) -> Image:
+def contact_sheet(scene: Scene) -> Image:
     """Six panels in two rows: photo with clicks, masks, overlay; render, plate, view from the side.
 
     Returns (h, w, 3) uint8 RGB.
@@ -42,49 +48,21 @@ def contact_sheet(scene: Scene, case: Case) -> Image:
     assert scene.photo is not None
     assert scene.state.camera is not None
     camera = scene.state.camera
-    panels = [
-        ("photo", _clicked(scene)),
-        ("masks", _masks(scene)),
-        ("overlay", _overlay(scene, camera)),
-        ("render over plate", _render(scene, camera, scene.plate)),
-        ("plate", scene.plate if scene.plate is not None else scene.photo),
-        ("other view", _render(scene, _other(scene, camera), None)),
-    ]
-    tiles = [_labelled(name, image) for name, image in panels]
-    title = np.full((26, 3 * SHEET.panel_px, 3), 255, np.uint8)
-    text = f"{case.name}: horizon {camera.horizon:.0f} +- {camera.horizon_sigma or 0:.0f} px, "
-    text += f"height {camera.position[2]:.2f} m, scale {scene.state.scale.reference}"
-    _write(title, text, (6, 18), (0, 0, 0))
-    return np.vstack([title, np.hstack(tiles[:3]), np.hstack(tiles[3:])]).astype(np.uint8)
-
-
-def _labelled(name: str, image: Image) -> Image:
-    height = round(SHEET.panel_px * image.shape[0] / image.shape[1])
-    tile = cv2.resize(image, (SHEET.panel_px, height), interpolation=cv2.INTER_AREA).astype(
-        np.uint8
+    known = (*scene.state.objects, *scene.state.supports)
+    clicks = [(item.name, click) for item in known for click in item.grounding.points]
+    camera_words = (
+        f"photo: horizon {camera.horizon:.0f} +- {camera.horizon_sigma or 0:.0f} px, "
+        f"height {camera.position[2]:.2f} m, scale {scene.state.scale.reference}"
     )
-    (width, _), _ = cv2.getTextSize(name, cv2.FONT_HERSHEY_SIMPLEX, 0.5, 1)
-    cv2.rectangle(tile, (0, 0), (width + 14, 27), (32, 32, 32), -1)
-    _write(tile, name, (7, 19), (255, 255, 255))
-    return tile
-
-
-def _write(image: Image, text: str, at: tuple[int, int], color: tuple[int, int, int]) -> None:
-    cv2.putText(image, text, at, cv2.FONT_HERSHEY_SIMPLEX, 0.5, color, 1, cv2.LINE_AA)
-
-
-def _clicked(scene: Scene) -> Image:
-    assert scene.photo is not None
-    out = scene.photo.copy()
-    size = max(3, round(0.008 * out.shape[1]))
-    for index, item in enumerate((*scene.state.objects, *scene.state.supports)):
-        for click in item.grounding.points:
-            spot = (int(click.x), int(click.y))
-            cv2.circle(out, spot, size + 2, (255, 255, 255), -1, cv2.LINE_AA)
-            cv2.circle(
-                out, spot, size, SHEET.colors_rgb[index % len(SHEET.colors_rgb)], -1, cv2.LINE_AA
-            )
-    return out
+    panels = {
+        camera_words: marked(scene.photo, clicks),
+        "masks": _masks(scene),
+        "overlay": _overlay(scene, camera),
+        "render over plate": _render(scene, camera, scene.plate),
+        "plate": scene.plate if scene.plate is not None else scene.photo,
+        "other view": _render(scene, _other(scene, camera), None),
+    }
+    return tiled(list(panels.values()), list(panels), 3, SHEET.panel_px)
 
 
 def _masks(scene: Scene) -> Image:
@@ -143,46 +121,16 @@ def _render(scene: Scene, camera: Camera, background: Image | None) -> Image:
         for item in scene.state.supports:
             if item.shape is not None:
                 _wire(out, camera, scene.support_meshes[item.name])
-    bodies = _bodies(scene)
-    seen = look(camera, bodies)
-    for index, (name, (vertices, _)) in enumerate(bodies.items()):
-        _paint(out, camera, seen, index, vertices, scene.meshes[name])
+    shown = [item for item in scene.state.objects if item.name in _bodies(scene)]
+    meshes = [scene.meshes[item.name] for item in shown]
+    batch, turns = Batch.of(meshes), np.array([item.rotation for item in shown]).reshape(-1, 4)
+    world = batch.placed(np.array([item.position for item in shown]).reshape(-1, 3), turns)
+    lens = lens_of(camera)
+    points = (world - np.asarray(camera.position)) @ camera.matrix
+    hits = rasterise(points, batch.faces, lens, batch.one_sided)
+    skin = Skin.of(batch, meshes, LIGHT, turns, points, lens)
+    out.reshape(-1, 3)[hits.pixel] = skin.colors(hits, turns, None)
     return out
-
-
-def _paint(
-    image: Image, camera: Camera, seen: Seen, index: int, vertices: NDArray, mesh: Mesh
-) -> None:
-    here = seen.owner == index
-    if not here.any():
-        return
-    if mesh.uv is None or mesh.texture is None:
-        image[here] = mesh.color
-        return
-    rows, columns = np.nonzero(here)
-    faces = mesh.faces[seen.face[here]]
-    rays = camera.rays(np.column_stack([columns + 0.5, rows + 0.5]).astype(np.float64))
-    points = np.asarray(camera.position) + rays * seen.depth[here][:, None]
-    weights = _barycentric(points, vertices[faces])
-    uv = (mesh.uv[faces] * weights[..., None]).sum(1)
-    columns_, rows_ = (np.clip(uv[:, k], 0, mesh.texture.shape[1 - k] - 1) for k in range(2))
-    colours = mesh.texture[rows_.astype(int), columns_.astype(int)]
-    light = vertex_light(mesh)
-    if light is not None:
-        shown = (light[faces] * weights[..., None]).sum(1)
-        colours = np.clip((colours + DARK) * shown - DARK, 0, 255).astype(np.uint8)
-    image[rows, columns] = colours
-
-
-def _barycentric(points: NDArray, corners: NDArray) -> NDArray:
-    """(N, 3) weights of points in the triangles (N, 3, 3) that contain them."""
-    e1, e2 = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    d = points - corners[:, 0]
-    a, b, c = (e1 * e1).sum(1), (e1 * e2).sum(1), (e2 * e2).sum(1)
-    p, q = (d * e1).sum(1), (d * e2).sum(1)
-    scale = np.maximum(a * c - b * b, 1e-30)
-    v, w = (c * p - b * q) / scale, (a * q - b * p) / scale
-    return np.stack([1 - v - w, v, w], 1)
 
 
 def _other(scene: Scene, camera: Camera) -> Camera:

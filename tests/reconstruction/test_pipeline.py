@@ -196,10 +196,10 @@ def test_a_person_can_cancel(drawn):
 
 
 def test_the_sheet_shows_six_panels(made):
-    case, _, found = made
-    sheet = contact_sheet(found, case)
+    _, _, found = made
+    sheet = contact_sheet(found)
     assert sheet.dtype == np.uint8
-    assert sheet.shape[1] == 3 * 560
+    assert sheet.shape[1] == 3 * (560 + 4)
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,7 @@ from physagent_studio.agent.vlm.dialogue import converse
 from physagent_studio.agent.vlm.forms import EventReply, SceneReply, SeenObject
 from physagent_studio.agent.vlm.line import Line
 from physagent_studio.agent.vlm.messages import Invalid, Picture, Turn, VlmError, prompt, quoted
-from physagent_studio.agent.vlm.pictures import fitted, marked, with_rulers
+from physagent_studio.agent.vlm.pictures import with_rulers
 from physagent_studio.errors import InputError
 from physagent_studio.knowledge import support_kind
 from physagent_studio.program import (
@@ -29,6 +29,7 @@ from physagent_studio.program.scene.bodies import Rigid
 from physagent_studio.program.scene.state import Scale
 from physagent_studio.program.text.document import validate_data
 from physagent_studio.records import Case, Image, Scene
+from physagent_studio.rendering.sheets import fitted, marked
 
 GROUND = "floor"
 MOST_DOUBTS = 12

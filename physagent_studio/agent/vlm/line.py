@@ -20,12 +20,13 @@ from physagent_studio.agent.vlm.messages import (
     Usage,
     prompt,
 )
-from physagent_studio.agent.vlm.pictures import data_url, fitted
+from physagent_studio.agent.vlm.pictures import data_url
 from physagent_studio.agent.vlm.spending import CallRecord, Ledger, price
 from physagent_studio.agent.vlm.tape import Tape
 from physagent_studio.agent.vlm.wire import wait
 from physagent_studio.errors import Cancelled
 from physagent_studio.records.loop_state import RoleName
+from physagent_studio.rendering.sheets import fitted
 
 FORMATS = ("json_schema", "json_object", "text")
 LONGEST_WAIT = 60.0

@@ -18,7 +18,7 @@ from physagent_studio.agent.vlm.messages import (
     prompt,
     quoted,
 )
-from physagent_studio.agent.vlm.pictures import contact_sheet, marked, side_by_side
+from physagent_studio.agent.vlm.pictures import side_by_side
 from physagent_studio.agent.vlm.verdicts import (
     no_rollout_verdict,
     no_scene_verdict,
@@ -27,6 +27,7 @@ from physagent_studio.agent.vlm.verdicts import (
 )
 from physagent_studio.program import PhysicalProgram
 from physagent_studio.records import Assessment, Evidence, RolloutEvidence, SceneEvidence
+from physagent_studio.rendering.sheets import contact_sheet, marked
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,7 +14,6 @@ import cv2
 import numpy as np
 from pydantic import TypeAdapter
 
-from physagent_studio.agent.vlm.pictures import contact_sheet
 from physagent_studio.benchmark.events.plain_vectors import plain_crew
 from physagent_studio.benchmark.events.references import judge, load_reference
 from physagent_studio.errors import StudioError
@@ -22,6 +21,7 @@ from physagent_studio.exchange import annotated, load_case
 from physagent_studio.program.contract import Contract
 from physagent_studio.records import Check, Image, LoopState, Rollout, Round, Scene
 from physagent_studio.rendering import Compositor, frame_of
+from physagent_studio.rendering.sheets import contact_sheet
 from physagent_studio.session import Session, Store
 from physagent_studio.simulation import simulate
 from physagent_studio.workbench.desk import Desk

@@ -16,11 +16,11 @@ from physagent_studio.agent.vlm import Ledger, load_settings
 from physagent_studio.agent.vlm.dialogue import converse
 from physagent_studio.agent.vlm.line import Line
 from physagent_studio.agent.vlm.messages import Picture, Turn, prompt, quoted
-from physagent_studio.agent.vlm.pictures import contact_sheet
 from physagent_studio.agent.vlm.wire import check_installed
 from physagent_studio.benchmark.study.trials import Study, keep, read_rows
 from physagent_studio.errors import InputError
 from physagent_studio.records import Image
+from physagent_studio.rendering.sheets import contact_sheet
 
 FILE = "judgements.csv"
 FRAMES = 12

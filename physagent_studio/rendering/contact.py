@@ -22,7 +22,7 @@ from physagent_studio.rendering.sun import CONTACT, Shading, Sun
 _NEAR = 0.2
 """Share of the sky from which ground counts as close to a foot."""
 _LEAST_CELLS = 12
-_STRENGTH = (0.2, 0.8)
+_STRENGTH = (0.4, 0.8)
 """Weakest and strongest that it is drawn."""
 _DEEPEST = 2.2
 """Most that the log of a shadow is multiplied for the colour of the ground."""
@@ -48,7 +48,7 @@ def contact_light(
     if sun.seen:
         cast = Shadows.of(batch, ground, sun.lamp).blocked(world, everyone)[close]
         dark = dark + np.log(1 - np.minimum(cast * sun.strength.min(), 0.95))
-    strength = 1 - np.exp(-float(np.median(dark / blocked[close])))
+    strength = float(np.median((1 - np.exp(-dark)) / blocked[close]))
     return replace(CONTACT, strength=np.full(3, np.clip(strength, *_STRENGTH)))
 
 

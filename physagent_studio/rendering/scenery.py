@@ -18,7 +18,14 @@ from physagent_studio.rendering.grid import enlarged, reduced
 from physagent_studio.rendering.raster import FloatArray, Lens
 from physagent_studio.rendering.settled import Settled, apart_from
 from physagent_studio.rendering.shadow import Ground, Shadows
-from physagent_studio.rendering.sun import CONTACT, DEFAULT, Sun, estimate_sun, shading_around
+from physagent_studio.rendering.sun import (
+    CONTACT,
+    DEFAULT,
+    Sun,
+    estimate_sun,
+    shading_around,
+    taken_out,
+)
 
 _VISIBLE = 1 / 300
 _SHADED = 0.3
@@ -64,8 +71,9 @@ class Scenery:
             masks = [scene.masks.get(item.name) for item in scene.state.objects]
             free = _free(masks, photo.shape[:2])
             seen = shading_around(photo, free, batch, world, ground)
-            sun = estimate_sun(seen, batch, world, ground)
-            sky = contact_light(seen, sun, batch, world, ground)
+            taken = taken_out(seen, photo, plate, ground)
+            sun = estimate_sun(seen, batch, world, ground, taken)
+            sky = contact_light(taken or seen, sun, batch, world, ground)
             cast = _cast(sun, batch, world, ground, plate.shape)
             settled = Settled.of(photo, plate, masks, cast, batch, points, lens)
             away = apart_from(masks, photo.shape[:2])

@@ -35,11 +35,14 @@ class Lamp:
 
     penumbra: blur per distance below the object, the tangent of half the angle that the light
     fills. reach: distance below the object, in its radii, over which its shadow fades to 1/e.
+    beside: blur per height of the object, of half the shadow: so much of a light from all around
+    does it keep from the ground beside it.
     """
 
     direction: FloatArray
     penumbra: float
     reach: float
+    beside: float = 0.0
 
     @property
     def axes(self) -> FloatArray:
@@ -148,7 +151,11 @@ class Shadows:
         seen = cv2.remap(tile, column, row, cv2.INTER_LINEAR, borderMode=cv2.BORDER_CONSTANT)
         gap = below / texel - seen[..., 3]
         under = np.maximum(gap, 0)
-        shade = _soft(seen, under, self.lamp.penumbra)
+        wide = under * np.float32(self.lamp.penumbra)
+        shade = _soft(seen, wide)
+        if self.lamp.beside:
+            high = np.float32(self.lamp.beside * cloud.depth / cloud.texel)
+            shade = (shade + _soft(seen, wide + high)) / 2
         # Right at the surface that casts it, estimation noise must not switch the shadow off.
         shade *= np.clip(1 + gap / 3, 0, 1)
         shade *= np.exp(under * np.float32(-texel / (self.lamp.reach * cloud.radius)))
@@ -214,13 +221,12 @@ def _tiles(clouds: list[_Cloud], casters: list[Caster]) -> NDArray[np.float32]:
     return np.asarray(whole, np.float32)
 
 
-def _soft(seen: NDArray, gap: NDArray, penumbra: float) -> NDArray:
-    """Share of the light that is blocked (h, w), blurred by the distance `gap` in texels.
+def _soft(seen: NDArray, wide: NDArray) -> NDArray:
+    """Share of the light that is blocked (h, w), blurred by so many texels (h, w).
 
     seen: (h, w, 4) what the tile shows there.
     """
     sharp, middle, soft = seen[..., 0], seen[..., 1], seen[..., 2]
-    wide = gap * np.float32(penumbra)
     first = np.clip(wide / np.float32(_BLUR[1] - _BLUR[0]), 0, 1)
     start, length = np.float32(_BLUR[1] - _BLUR[0]), np.float32(_BLUR[2] - _BLUR[1])
     second = np.clip((wide - start) / length, 0, 1)

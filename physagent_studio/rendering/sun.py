@@ -31,6 +31,10 @@ _LOW_HIGH = (0.2, 1.4)
 """Lowest and highest that it stands, rad."""
 _AGREES = 0.6
 """Least correlation between the darkness found and the shadow computed."""
+_AGREE = 0.75
+"""The same, its sum with that of the shade that the plate is without."""
+_LEAST_TAKEN = 60
+"""Cells."""
 _AROUND = 3.2
 """How far around an object the ground is looked at, in heights of its top over that ground."""
 _DARKEST = 0.85
@@ -50,7 +54,7 @@ class Sun:
 DEFAULT = Sun(Lamp(LIGHT, 0.35, 2.5), np.full(3, 0.34), False)
 """A large soft light from above, where the photo does not tell."""
 
-CONTACT = Sun(Lamp(np.array([0.0, 0.0, 1.0]), 0.5, 0.35), np.full(3, 0.42), False)
+CONTACT = Sun(Lamp(np.array([0.0, 0.0, 1.0]), 0.5, 1.1, 0.25), np.full(3, 0.5), False)
 """The sky that an object keeps from the ground it touches."""
 
 
@@ -77,33 +81,62 @@ def shading_around(
     return _shading(picture, known, ground, np.asarray(around.any(0)))
 
 
-def estimate_sun(shading: Shading | None, batch: Batch, world: FloatArray, ground: Ground) -> Sun:
+def taken_out(
+    seen: Shading | None, photo: Picture, plate: Picture, ground: Ground
+) -> Shading | None:
+    """The shade that the plate is without: darkness of the photo over the plate where they differ,
+    0 elsewhere; usable where they differ. None where that is nearly nowhere.
+    """
+    if seen is None:
+        return None
+    differs = (photo != plate).any(-1).astype(np.float32)
+    usable = seen.usable & (reduced(differs, ground.step, ground.shape) > 0.5)
+    if usable.sum() < _LEAST_TAKEN:
+        return None
+    ratio = _tone(photo, ground) - _tone(plate, ground)
+    return Shading(np.where(usable[..., None], np.minimum(ratio, 0), 0).astype(np.float32), usable)
+
+
+def estimate_sun(
+    seen: Shading | None,
+    batch: Batch,
+    world: FloatArray,
+    ground: Ground,
+    taken: Shading | None = None,
+) -> Sun:
     """The photo's sun, or the usual light where it is unclear.
 
-    shading: of the photo where no object is in it. world: (V, 3) initial pose.
+    seen: of the photo where no object is in it; taken: what the plate is without, see `taken_out`.
+    world: (V, 3) initial pose.
     """
-    if shading is None:
+    if seen is None:
         return DEFAULT
     # Every fourth cell: enough to compare lamps by.
     ground = ground.halved()
-    looked_at, darkness = shading.usable[::2, ::2], shading.darkness[::2, ::2]
+    looked_at = seen.usable[::2, ::2]
     everyone = np.ones(len(batch.first) - 1)
     places = _around(batch, world, ground)[:, looked_at]
-    darkness = darkness[looked_at]
-    grey = -darkness.mean(-1)
+    grounds = [seen] if taken is None else [seen, taken]
+    darks = [one.darkness[::2, ::2][looked_at] for one in grounds]
 
     def blocked_by(lamp: Lamp) -> NDArray:
         return Shadows.of(batch, ground, lamp).blocked(world, everyone)[looked_at]
 
+    def agreements(lamp: Lamp) -> list[float]:
+        blocked = blocked_by(lamp)
+        return [_agreement(blocked, -dark.mean(-1), places) for dark in darks]
+
     def agreement(lamp: Lamp) -> float:
-        return _agreement(blocked_by(lamp), grey, places)
+        return sum(agreements(lamp))
 
     best = max(((agreement(lamp), -k, lamp) for k, lamp in enumerate(_sky())), key=lambda x: x[:2])
-    if best[0] <= _AGREES:
+    each = agreements(best[2])
+    if each[0] <= _AGREES and (taken is None or best[0] <= _AGREE):
         return DEFAULT
     lamp = _refined(best[2], best[0], agreement)
-    blocked = blocked_by(lamp)
-    strength = _strength(blocked, darkness)
+    leads = int(np.argmax(each))
+    own = grounds[leads].usable[::2, ::2][looked_at]
+    strength = _strength(blocked_by(lamp)[own], darks[leads][own])
     if strength.max() < _FAINTEST:
         return DEFAULT
     return Sun(lamp, strength, True)
@@ -165,8 +198,7 @@ def _shading(
     usable = around & whole
     if usable.sum() < _LEAST_CELLS:
         return None
-    small = reduced(plate, ground.step, ground.shape)
-    tone = np.log(np.maximum(cv2.GaussianBlur(small, (0, 0), 0.8), 4.0))
+    tone = _tone(plate, ground)
     y, x = np.mgrid[0 : ground.shape[0], 0 : ground.shape[1]] / max(ground.shape)
     terms = np.stack([np.ones_like(x), x, y, x * x, x * y, y * y], -1)
     weight = _weights(terms[usable], tone[usable].mean(-1))
@@ -176,6 +208,12 @@ def _shading(
     smooth = np.clip(smooth, 0, np.log(255))
     darkness = np.where(around[..., None], tone - smooth, 0).astype(np.float32)
     return Shading(darkness, usable)
+
+
+def _tone(picture: Picture, ground: Ground) -> FloatArray:
+    """(h, w, 3) log of a picture's colours."""
+    small = reduced(picture, ground.step, ground.shape)
+    return np.log(np.maximum(cv2.GaussianBlur(small, (0, 0), 0.8), 4.0))
 
 
 def _fitted(terms: FloatArray, values: FloatArray, weight: FloatArray) -> FloatArray:

@@ -20,7 +20,8 @@ from physagent_studio.knowledge import (
 
 _ALOFT = re.compile(
     r"\b(hang\w*|hung|hover\w*|float\w*|suspend\w*|dangl\w*|levitat\w*"
-    r"|mid-?air|in the air|airborne)\b"
+    r"|mid-?air|in the air|airborne"
+    r"|(?:sinks?|sinking|descends?|descending)\b[^.;,]{0,30}\bto the (?:ground|floor))\b"
 )
 _LEANING = re.compile(r"\b(lean(?:s|ing|t|ed)?|propped|tilted|aslant|askew)\b")
 BEFORE, BEHIND = 60, 40

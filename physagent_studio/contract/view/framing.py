@@ -79,7 +79,9 @@ def needed_until(facts: Facts, name: str, sight: Sight) -> int:
     path = facts.rollout.positions[rows, facts.rollout.objects.index(name)]
     at = int(rows[out[0]])
     lands = facts.touching_anything(name, Window(max(at - 1, 0), at)).any()
-    if lands or _sees(facts, path[out[0]]):
+    peak = path[: out[0] + 1][::-1]
+    # What flies out past a side goes on to fall where nobody looks: it had a floor to fall on.
+    if lands or _sees(facts, path[out[0]]) or _sees(facts, peak[int(peak[:, 2].argmax())]):
         return last
     drop = np.maximum.accumulate(path[:, 2]) - path[:, 2]
     seen = np.flatnonzero((drop >= _height(facts, name)) & (sight.share >= INSIDE))

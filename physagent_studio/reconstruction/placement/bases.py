@@ -182,6 +182,9 @@ def _in_the_air(
         depth = read.usual[stance.name].metres * read.camera.focal / max(stance.extent, 1)
         ray = read.camera.rays(np.array([stance.foot]))[0]
         y = read.camera.position[1] + depth * float(ray[1])
+        ground = float(on_plane(read.camera, [stance.foot], 0.0)[0, 1])
+        # Where its foot is seen before the ground it is above it: no farther than that ground.
+        y = min(y, ground) if math.isfinite(ground) else y
     spot = on_upright(read.camera, [stance.foot], y)[0]
     return Base(float(spot[0]), y, float(spot[2]), 1.0, free_z=True)
 

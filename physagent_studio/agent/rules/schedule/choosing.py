@@ -153,11 +153,18 @@ def script_for(task: Task) -> Script:
         return scripts.through_air
     if _leaves_support(task):
         return scripts.off_edge
-    if layout.ramp_below(intent.name) is not None and intent.has(*_SLOPE):
+    on_ramp = layout.ramp_below(intent.name) is not None
+    if on_ramp and intent.has(*_SLOPE) and not _against_slope(task):
         return down_ramp
     if task.wheels is not None and scripts.turns_off(task):
         return scripts.drive
     return _by_sense(task)
+
+
+def _against_slope(task: Task) -> bool:
+    """Whether it is told to go another way than the slope that it lies on or above."""
+    downhill, way = task.layout.downhill(task.name), task.way()
+    return downhill is not None and way is not None and float(downhill @ WAYS[way]) < -0.2
 
 
 _SLOPE = (

@@ -255,6 +255,8 @@ def _by_sense(task: Task) -> Script:
         return _nothing
     if _spins_first(task):
         return scripts.spin_over
+    if intent.has("spin") and intent.has("move", "slide", "drift") and not task.layout.rolls(task.name):
+        return scripts.spin_along
     for senses, script in table:
         if intent.has(*senses):
             return _unless_toppling(task, senses, script)

@@ -31,6 +31,7 @@ from physagent_studio.agent.rules.schedule.scripts.landing import (
 from physagent_studio.agent.rules.schedule.scripts.task import Task
 from physagent_studio.agent.rules.schedule.scripts.turns import (
     spin_about,
+    spin_along,
     spin_over,
     tip,
     turn_back,

@@ -9,6 +9,7 @@ import numpy as np
 from physagent_studio.agent.rules.scene import mechanics as mech
 from physagent_studio.agent.rules.scene.measures import WAYS, FloatArray, level, named_way, unit
 from physagent_studio.agent.rules.schedule import actions as act
+from physagent_studio.agent.rules.schedule.scripts.ground import along_ground
 from physagent_studio.agent.rules.schedule.scripts.task import UP, Task
 from physagent_studio.program.actions import Action, Direction, duration_of
 
@@ -111,3 +112,9 @@ def spin_over(task: Task) -> list[Action]:
     spun = spin_about(task)
     later = max(action.start_step + duration_of(action) for action in spun)
     return spun + [a.model_copy(update={"start_step": a.start_step + later}) for a in tip(task)]
+
+
+def spin_along(task: Task) -> list[Action]:
+    """Spins upright all along its way, as a top does."""
+    spun = [a.model_copy(update={"duration": 2 * duration_of(a)}) for a in spin_about(task)]
+    return [*spun, *along_ground(task)]

@@ -132,7 +132,7 @@ def script_for(task: Task) -> Script:
         return scripts.in_wind
     if intent.has("withdrawn"):
         return scripts.let_go
-    if intent.has("float"):
+    if intent.has("float") or _sinks(task):
         return scripts.float_down
     if intent.frames and intent.frames[0].sense == "rise":
         return scripts.lift
@@ -159,6 +159,14 @@ def script_for(task: Task) -> Script:
     if task.wheels is not None and scripts.turns_off(task):
         return scripts.drive
     return _by_sense(task)
+
+
+def _sinks(task: Task) -> bool:
+    """Whether it comes down through the air and not as things fall: slowly."""
+    if task.layout.carrier(task.name) is not None:
+        return False
+    down = (f for f in task.intent.frames if f.sense in ("descend", "fall"))
+    return any(f.manner & {"slow", "gentle"} for f in down)
 
 
 def _against_slope(task: Task) -> bool:
@@ -255,7 +263,11 @@ def _by_sense(task: Task) -> Script:
         return _nothing
     if _spins_first(task):
         return scripts.spin_over
-    if intent.has("spin") and intent.has("move", "slide", "drift") and not task.layout.rolls(task.name):
+    if (
+        intent.has("spin")
+        and intent.has("move", "slide", "drift")
+        and not task.layout.rolls(task.name)
+    ):
         return scripts.spin_along
     for senses, script in table:
         if intent.has(*senses):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -125,15 +126,40 @@ def lift(task: Task) -> list[Action]:
     return actions
 
 
+@dataclass(frozen=True, slots=True)
+class FloatingSettings:
+    """How what floats comes down."""
+
+    min_sink_mps2: float = 0.02  # 0.005..0.05: slower, and it is not seen to sink
+    max_sink_mps2: float = 0.12  # 0.05..0.3: for all of the clip; it ends at half a metre a second
+    start_share: float = 0.15  # 0.05..0.4: of the clip, until what comes from high up sinks evenly
+
+
+FLOATING = FloatingSettings()
+
+
 def float_down(task: Task) -> list[Action]:
     """An upward force carries nearly all of the weight."""
     below = task.layout.carrier(task.name)
     ramp = task.layout.ramp_below(task.name)
     drop = task.layout.gap(task.name, ramp.name if ramp else task.layout.ground())
     drop = drop if math.isfinite(drop) and below is None else 0.3
-    sink = float(np.clip(2 * max(drop, 0.05) / task.seconds(0.8) ** 2, 0.02, 0.12))
-    force = act.toward_or_along(mech.G - sink, way="up", quantity="acceleration")
-    return [act.push(task.name, force, start=0, duration=task.clip.steps, label="lift")]
+    sink = float(2 * max(drop, 0.05) / task.seconds(0.8) ** 2)
+    if sink <= FLOATING.max_sink_mps2:
+        force = act.toward_or_along(
+            mech.G - max(sink, FLOATING.min_sink_mps2), way="up", quantity="acceleration"
+        )
+        return [act.push(task.name, force, start=0, duration=task.clip.steps, label="lift")]
+    # From high up it would end too fast: it soon sinks evenly.
+    first = task.seconds(FLOATING.start_share)
+    sink = drop / (task.seconds(0.8) - first / 2) / first
+    steps = round(first / task.clip.step_seconds)
+    slow = act.toward_or_along(mech.G - sink, way="up", quantity="acceleration")
+    even = act.toward_or_along(mech.G, way="up", quantity="acceleration")
+    return [
+        act.push(task.name, slow, start=0, duration=steps, label="lift"),
+        act.push(task.name, even, start=steps, duration=task.clip.steps - steps, label="lift_on"),
+    ]
 
 
 def in_wind(task: Task) -> list[Action]:

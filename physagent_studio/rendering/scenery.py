@@ -182,7 +182,8 @@ def lit(
 
     grid; 1 on its rim.
     """
-    coarse = cv2.merge(list(light))
+    # A little softer, or the grid's steps show where ground ends.
+    coarse = cv2.GaussianBlur(cv2.merge(list(light)), (3, 3), 0.7)
     patch = np.asarray(cv2.resize(coarse, None, fx=step, fy=step, interpolation=cv2.INTER_LINEAR))
     y, x = step * window[0].start, step * window[1].start
     patch = patch[: picture.shape[0] - y, : picture.shape[1] - x]

@@ -30,6 +30,8 @@ _RIM = 6.0
 """Pixels around an object's mask that are its own, whatever falls there."""
 _DIMMER = 0.5
 """By how much farther a mirror image counts with each pixel below its object: it gets fainter."""
+_SHARED = 0.01
+"""By how much farther a shadow counts with each pixel from its object: shadows overlap."""
 _SOFT = 5.0
 """Standard deviation of the blur, pixels, over which one object's shadow gives way to another's."""
 _BLURRED = 24
@@ -166,7 +168,8 @@ def _reasons(
 ) -> NDArray[np.int32]:
     """(H, W) index of the object to which a place belongs; −1 where there are no masks.
 
-    That is the one whose mask, then shadow, then mirror image is there, or nearest.
+    That is the one whose mask, then shadow, then mirror image is there, or nearest; where several
+    cast a shadow it is the one whose mask is nearest.
     """
     nearest = np.full(shape, -1, np.int32)
     least = np.full(shape, np.inf, np.float32)
@@ -174,12 +177,19 @@ def _reasons(
         if mask is None or mask.shape != shape or not mask.any():
             continue
         below = np.maximum(np.arange(shape[0])[:, None] - np.flatnonzero(mask.any(1))[-1], 0)
-        for part, later in ((mask, 0.0), (shadow, _RIM), (_mirrored(mask), _RIM + _DIMMER * below)):
-            away = cv2.distanceTransform((~part).astype(np.uint8), cv2.DIST_L2, 5) + later
+        own = _away(mask)
+        cast = _away(shadow) + _RIM + _SHARED * own
+        for away in (own, cast, _away(_mirrored(mask)) + _RIM + _DIMMER * below):
             closer = away < least
             nearest[closer] = index
             least = np.minimum(least, away)
     return nearest
+
+
+def _away(part: NDArray[np.bool_]) -> NDArray[np.float32]:
+    """(H, W) pixels to the nearest place of a part."""
+    away = cv2.distanceTransform((~part).astype(np.uint8), cv2.DIST_L2, 5)
+    return np.asarray(away, np.float32)
 
 
 def _mirrored(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:

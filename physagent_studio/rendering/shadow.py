@@ -57,11 +57,13 @@ class Lamp:
 class Ground:
     """The points that can receive a shadow, on a coarse grid of the picture.
 
-    points: (h, w, 3) world, m, inf where there is no ground. step: pixels from cell to cell.
-    lens, origin, matrix: the camera over this grid, its pixels the cells.
+    points: (h, w, 3) world, m, inf where there is no ground. normals: (h, w, 3) unit, outward.
+    step: pixels from cell to cell. lens, origin, matrix: the camera over this grid, its pixels
+    the cells.
     """
 
     points: FloatArray
+    normals: FloatArray
     step: int
     lens: Lens
     origin: FloatArray
@@ -74,10 +76,10 @@ class Ground:
 
     def halved(self) -> Ground:
         """Every other row and column of it."""
-        points, lens = self.points[::2, ::2], self.lens
+        points, normals, lens = self.points[::2, ::2], self.normals[::2, ::2], self.lens
         height, width = points.shape[:2]
         half = Lens(width, height, lens.focal / 2, lens.cx / 2, lens.cy / 2)
-        return replace(self, points=points, step=2 * self.step, lens=half)
+        return replace(self, points=points, normals=normals, step=2 * self.step, lens=half)
 
     def window(self, corners: FloatArray) -> tuple[slice, slice]:
         """Rows and columns that world points (K, 3) span; all if one lies behind the camera."""
@@ -92,13 +94,17 @@ class Ground:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Shadows:
-    """One lamp over one ground. places: (3, h, w) float32, the ground in the lamp's frame."""
+    """One lamp over one ground. places: (3, h, w) float32, the ground in the lamp's frame.
+
+    faced: (h, w) how much of the lamp falls there, 1 for as much as on level ground and more.
+    """
 
     batch: Batch
     ground: Ground
     lamp: Lamp
     axes: FloatArray
     places: NDArray[np.float32]
+    faced: NDArray[np.float32]
 
     @classmethod
     def of(cls, batch: Batch, ground: Ground, lamp: Lamp) -> Self:
@@ -110,7 +116,10 @@ class Shadows:
             places = np.stack([a * x + b * y + c * z for a, b, c in axes]).astype(np.float32)
         far = _NOWHERE
         places = np.nan_to_num(places, copy=False, nan=far, posinf=far, neginf=far)
-        return cls(batch, ground, lamp, axes, places.reshape(3, *ground.shape))
+        level = max(float(lamp.direction[2]), 1e-3)
+        facing = np.einsum("hwi,i->hw", ground.normals, lamp.direction) / level
+        faced = np.clip(facing, 0, 1).astype(np.float32)
+        return cls(batch, ground, lamp, axes, places.reshape(3, *ground.shape), faced)
 
     def blocked(self, world: FloatArray, weights: FloatArray) -> NDArray[np.float32]:
         """Share of the lamp's light (h, w) that objects keep from the ground, 0 … 1.
@@ -160,7 +169,7 @@ class Shadows:
         shade *= np.clip(1 + gap / 3, 0, 1)
         shade *= np.exp(under * np.float32(-texel / (self.lamp.reach * cloud.radius)))
         shade *= (below > -cloud.depth / 2) & (below < farthest)
-        passing[window] *= 1 - np.float32(weight) * shade
+        passing[window] *= 1 - np.float32(weight) * shade * self.faced[window]
 
     def _corners(self, centre: FloatArray, reach: float, near: float, far: float) -> FloatArray:
         """World corners (8, 3) of the space that an object at `centre` (lamp frame) can shade."""

@@ -133,14 +133,20 @@ def _nearest(
 ) -> tuple[FloatArray, NDArray[np.int16]]:
     depth = np.full(lens.width * lens.height, np.inf)
     solid = np.full(lens.width * lens.height, -1, np.int16)
-    batch = Batch.of(meshes)
-    if len(batch.faces):
-        points = (batch.vertices - camera.position) @ camera.matrix
-        # Without regard to facing, so that the hollow of an open mesh hides too.
-        hits = rasterise(points, batch.faces, lens, np.zeros(len(batch.faces), bool))
-        depth[hits.pixel] = hits.depth
-        solid[hits.pixel] = batch.face_owner[hits.face]
+    batch, hits = _struck(meshes, camera, lens)
+    depth[hits.pixel] = hits.depth
+    solid[hits.pixel] = batch.face_owner[hits.face]
     return depth, solid
+
+
+def _struck(meshes: list[Mesh], camera: Camera, lens: Lens) -> tuple[Batch, Hits]:
+    """What the pixels see of meshes in the world frame.
+
+    Without regard to facing, so that the hollow of an open mesh is seen too.
+    """
+    batch = Batch.of(meshes)
+    points = (batch.vertices - camera.position) @ camera.matrix
+    return batch, rasterise(points, batch.faces, lens, np.zeros(len(batch.faces), bool))
 
 
 def _covered(
@@ -160,20 +166,30 @@ def _covered(
 def planes_depth(state: SceneState, origin: FloatArray, rays: FloatArray) -> FloatArray:
     """Depth of the nearest floor or wall along each ray, inf for none."""
     depth = np.full(len(rays), np.inf)
+    for normal, offset in _planes(state):
+        depth = np.minimum(depth, _plane_depth(normal, offset, origin, rays))
+    return depth
+
+
+def _planes(state: SceneState) -> list[tuple[FloatArray, float]]:
+    """Unit normal and offset of the floors and walls."""
+    found = []
     for support in state.supports:
         if isinstance(support.shape, Floor):
-            normal, offset = np.array([0.0, 0, 1]), support.shape.height
+            found.append((np.array([0.0, 0, 1]), support.shape.height))
         elif isinstance(support.shape, Wall):
-            yaw = support.shape.yaw
-            normal = np.array([np.cos(yaw), np.sin(yaw), 0])
-            offset = float(normal @ np.array(support.shape.point))
-        else:
-            continue
-        along = rays @ normal
-        with np.errstate(divide="ignore", invalid="ignore"):
-            distance = (offset - origin @ normal) / along
-        depth = np.where((along < 0) & (distance > 0), np.minimum(depth, distance), depth)
-    return depth
+            normal = np.array([np.cos(support.shape.yaw), np.sin(support.shape.yaw), 0])
+            found.append((normal, float(normal @ np.array(support.shape.point))))
+    return found
+
+
+def _plane_depth(
+    normal: FloatArray, offset: float, origin: FloatArray, rays: FloatArray
+) -> FloatArray:
+    along = rays @ normal
+    with np.errstate(divide="ignore", invalid="ignore"):
+        distance = (offset - origin @ normal) / along
+    return np.where((along < 0) & (distance > 0), distance, np.inf)
 
 
 def _solid(name: str, mesh: Mesh, origin: FloatArray, hollow: bool) -> Solid:
@@ -197,12 +213,24 @@ def _ground(state: SceneState, meshes: Mapping[str, Mesh], camera: Camera, lens:
     size = (-(-lens.width // k), -(-lens.height // k))
     coarse = Lens(*size, lens.focal / k, lens.cx / k, lens.cy / k)
     rays, origin = pixel_rays(camera, coarse), np.array(camera.position, float)
-    depth, _ = _nearest(_solid_meshes(state, meshes), camera, coarse)
-    depth = np.minimum(depth, planes_depth(state, origin, rays))
+    batch, hits = _struck(_solid_meshes(state, meshes), camera, coarse)
+    depth, normals = np.full(len(rays), np.inf), np.zeros((len(rays), 3))
+    depth[hits.pixel] = hits.depth
+    a, b, c = (batch.vertices[batch.faces[hits.face, i]] for i in range(3))
+    facing = np.cross(b - a, c - a)
+    facing /= np.maximum(np.linalg.norm(facing, axis=1, keepdims=True), 1e-12)
+    seen = np.einsum("ki,ki->k", facing, rays[hits.pixel])
+    normals[hits.pixel] = np.where(seen[:, None] > 0, -facing, facing)
+    for normal, offset in _planes(state):
+        plane = _plane_depth(normal, offset, origin, rays)
+        normals[plane < depth] = normal
+        depth = np.minimum(depth, plane)
     with np.errstate(invalid="ignore"):
         points = origin + rays * depth[:, None]
     points[~np.isfinite(depth)] = np.inf
-    return Ground(points.reshape(size[1], size[0], 3), k, coarse, origin, camera.matrix)
+    shape = (size[1], size[0], 3)
+    where = points.reshape(shape), normals.reshape(shape)
+    return Ground(*where, k, coarse, origin, camera.matrix)
 
 
 def _solid_meshes(state: SceneState, meshes: Mapping[str, Mesh]) -> list[Mesh]:

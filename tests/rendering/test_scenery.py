@@ -15,6 +15,7 @@ from physagent_studio.rendering.compositor import initial_poses, lens_of
 from physagent_studio.rendering.contact import contact_light
 from physagent_studio.rendering.frame import Picture
 from physagent_studio.rendering.grid import enlarged
+from physagent_studio.rendering.settled import _reasons
 from physagent_studio.rendering.shadow import Lamp, Shadows
 from physagent_studio.rendering.stage import Stage
 from physagent_studio.rendering.sun import (
@@ -25,7 +26,7 @@ from physagent_studio.rendering.sun import (
     shading_around,
     taken_out,
 )
-from tests.rendering.scenes import FLOOR, SIZE, ball, crate, scene_of
+from tests.rendering.scenes import FLOOR, SIZE, ball, crate, scene_of, table
 
 
 def things():
@@ -102,7 +103,8 @@ def test_the_plate_tells_the_sun_where_the_ground_is_too_uneven():
     batch = Batch.of([scene.meshes[o.name] for o in scene.state.objects])
     ground = Stage.of(scene.state, {}, camera, lens_of(camera)).ground
     world = batch.placed(*initial_poses(scene))
-    free = cv2.dilate(sum(m.astype(np.uint8) for m in scene.masks.values()), np.ones((7, 7))) == 0
+    things = np.any(list(scene.masks.values()), axis=0).astype(np.uint8)
+    free = np.asarray(cv2.dilate(things, np.ones((7, 7))) == 0)
     seen = shading_around(photo, free, batch, world, ground)
     assert not estimate_sun(seen, batch, world, ground).seen
     taken = taken_out(seen, photo, plate, ground)
@@ -264,3 +266,34 @@ def test_a_shadow_of_the_photo_gives_way_little_by_little():
     tones = np.array([frame.rgb[shadow].mean() for frame in frames])
     assert tones[0] < floor[shadow].mean() - 15
     assert np.abs(np.diff(tones)).max() < 0.15 * (floor[shadow].mean() - tones[0])
+
+
+def test_nothing_is_shaded_by_light_that_does_not_fall_there():
+    support, top = table((0.0, 3.0, 0.25), (1.0, 0.8, 0.5))
+    item, mesh = ball((0.0, 2.6, 0.75), 0.25)
+    scene = scene_of([item], {"ball": mesh}, [FLOOR, support], {"table": top})
+    camera = scene.state.camera
+    assert camera is not None
+    batch = Batch.of([mesh])
+    ground = Stage.of(scene.state, scene.support_meshes, camera, lens_of(camera)).ground
+    world = batch.placed(*initial_poses(scene))
+    blocked = Shadows.of(batch, ground, CONTACT.lamp).blocked(world, np.ones(1))
+    x, y, z = np.moveaxis(ground.points, -1, 0)
+    near = np.abs(x) < 0.1
+    front = near & (np.abs(y - 2.6) < 1e-3) & (z < 0.45)
+    assert front.sum() > 10
+    assert blocked[near & (np.abs(z - 0.5) < 1e-3)].max() > 0.3
+    assert blocked[front].max() < 1e-6
+
+
+def test_a_shadow_that_two_cast_is_kept_for_the_nearer():
+    shape = (40, 60)
+    masks = [np.zeros(shape, bool) for _ in range(2)]
+    masks[0][5:10, 10:20] = True
+    masks[1][20:30, 10:20] = True
+    shadow = np.zeros(shape, bool)
+    shadow[22:30, 20:50] = True
+    assert (_reasons([*masks], [shadow, shadow], shape)[shadow] == 1).all()
+    nowhere = np.zeros(shape, bool)
+    far = shadow & (np.arange(60) > 30)
+    assert (_reasons([*masks], [shadow, nowhere], shape)[far] == 0).all()

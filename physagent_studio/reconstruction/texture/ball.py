@@ -2,7 +2,7 @@
 
 The photo is taken where the body is seen at no flat angle. Beyond, its detail comes again, folded
 over the edges of a cube around the body, in the light that falls there. What is there once, as the
-calyx of a fruit is, is not repeated; where it lies about the axis, it is led around that.
+calyx of a fruit is, is not repeated.
 """
 
 from __future__ import annotations
@@ -33,8 +33,6 @@ class BallSettings:
     """How the sides of a ball are painted from its first one."""
 
     max_off_ratio: float = 0.05  # 0.01..0.2: over the radius: what has stems is no ball
-    # 0.5..1: over the radius: how near to its middle an outline may come
-    min_outline_ratio: float = 0.72
     # 40..85: from the view: the photo itself within the first, not beyond the second
     shown_deg: tuple[float, float] = (60.0, 70.0)
     # exponent, 2..20: how narrow the zones are in which sides pass into one another
@@ -56,18 +54,7 @@ class BallSettings:
     strange_factor: float = 4.0  # 2..10: of what is usual on the body, likewise
     # 0.4..1.5: of such detail, from which a body is of several colours
     many_colours_log: float = 0.8
-    widest_cap_deg: float = 45.0  # 20..80: farther down reaches a second colour, no cap
     painted_log: float = 0.45  # 0.2..1: of such detail, from which a body is painted in patches
-    cap_turn_deg: float = 75.0  # 45..85: about the axis, within which a cap shows as in the photo
-    # cosine, 0..0.3: of axis and view; below, a top is not seen
-    min_cap_cosine: float = math.sin(math.radians(4.0))
-    # cosine, 0.6..1: beyond, it is seen from above and needs no turning
-    max_cap_cosine: float = math.cos(math.radians(35.0))
-    # cosine, 0.02..0.3: of surface and view, at which something is told
-    min_facing_cosine: float = math.cos(math.radians(85.0))
-    min_cap_share: float = 0.25  # 0.1..0.6: of a circle about the axis that is strange on a cap
-    min_cap_deg: float = 8.0  # 2..20: smaller caps are stems
-    soft_deg: float = 10.0  # 2..20: width of a cap's rim
 
 
 BALL = BallSettings()
@@ -90,20 +77,16 @@ left, upper, lower and back sides."""
 @dataclass(frozen=True, eq=False, slots=True)
 class Ball:
     """A body as a unit sphere. frame: (3, 3) columns are its x, y and z in the world. stretch:
-    (3, 3) from the unit sphere to the ellipsoid, world. axis: (3,) unit, and outline: (K, 2) how
-    far out the body is, in the ellipsoid's radii, by the cosine with that axis. photo, origin:
-    the crop, and its corner in the photo. light: (6, 3) see `terms_of`, log. mean: (3,) of it.
-    least, most: (3,) darkest and brightest detail, log. strange: from what detail on something is
-    there once, log. cap: angle from the axis within which most is so, °. detail: (K, K, 3) of the
-    first side, see `_usual`.
+    (3, 3) from the unit sphere to the ellipsoid, world. photo, origin: the crop, and its corner in
+    the photo. light: (6, 3) see `terms_of`, log. mean: (3,) of it. least, most: (3,) darkest and
+    brightest detail, log. strange: from what detail on something is there once, log. detail:
+    (K, K, 3) of the first side, see `_usual`.
     """
 
     frame: FloatArray
     stretch: FloatArray
     place: FloatArray
     camera: Camera
-    axis: FloatArray
-    outline: FloatArray
     photo: Image
     origin: FloatArray
     light: FloatArray
@@ -111,7 +94,6 @@ class Ball:
     least: FloatArray
     most: FloatArray
     strange: float = math.inf
-    cap: float = 0.0
     patterned: bool = False
     detail: FloatImage = field(default_factory=lambda: np.zeros((2, 2, 3), np.float32))
 
@@ -121,7 +103,6 @@ class Ball:
         camera: Camera,
         item: SceneObject,
         radii: FloatArray,
-        outline: FloatArray,
         crop: tuple[Image, tuple[int, int]],
     ) -> Self:
         """Without any light on it yet."""
@@ -135,14 +116,11 @@ class Ball:
         frame = np.stack([across, np.cross(view, across), view], 1)
         dull = np.zeros((6, 3)), np.zeros(3), np.full(3, -np.inf), np.full(3, np.inf)
         where = crop[0], np.array(crop[1], float)
-        return cls(frame, stretch, place, camera, turn[:, 2], outline, *where, *dull)
+        return cls(frame, stretch, place, camera, *where, *dull)
 
     def pixels(self, ways: FloatArray) -> FloatArray:
         """Where in the crop (N, 2) directions (N, 3) of the first side are seen."""
-        unit = ways @ self.frame.T
-        upright = np.clip(unit @ self.axis, -1, 1)
-        out = np.interp(upright, self.outline[:, 0], self.outline[:, 1])
-        world = self.place + (out[:, None] * unit) @ self.stretch.T
+        world = self.place + ways @ self.frame.T @ self.stretch.T
         return self.camera.project(world)[0] - self.origin
 
     def colours(self, ways: FloatArray) -> FloatArray:
@@ -162,10 +140,6 @@ class Ball:
             detail += weight * _bent(self._repeated(own), self.least, self.most)
             total += weight
         others = np.exp(self._tone(ways) + detail / np.maximum(total, 1e-12)) - BALL.dark_levels
-        if self.cap > 0:
-            around, off = self._led_around(ways)
-            capped = np.clip((self.cap + BALL.soft_deg - off) / BALL.soft_deg, 0, 1)[:, None]
-            others = capped * self._photographed(around) + (1 - capped) * others
         return first * self._photographed(ways) + (1 - first) * others
 
     def _repeated(self, ways: FloatArray) -> FloatArray:
@@ -194,46 +168,6 @@ class Ball:
         kept = cv2.GaussianBlur(1 - grow(wide > 0, 3).astype(np.float32), (0, 0), 1.5)
         kept = np.where(wide > 0, 0, kept)[..., None]
         return np.asarray(kept * detail.reshape(*x.shape, 3), np.float32), False
-
-    def _poles(self) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Unit vectors in the body's frame of view: the axis' end that is seen, front and side."""
-        axis = self.axis @ self.frame
-        axis = axis if axis[2] > 0 else -axis
-        front = np.array([0.0, 0.0, 1.0]) - axis[2] * axis
-        front /= max(float(np.linalg.norm(front)), 1e-9)
-        return axis, front, np.asarray(np.cross(axis, front), np.float64)
-
-    def _led_around(self, ways: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Directions (N, 3) turned about the axis to where they are seen, angles (N,) to it, °."""
-        axis, front, side = self._poles()
-        turn = np.arctan2(ways @ side, ways @ front)
-        limit = math.radians(BALL.cap_turn_deg)
-        back = limit * (np.pi - np.abs(turn)) / (np.pi - limit)
-        turn = np.where(np.abs(turn) > limit, np.sign(turn) * back, turn)
-        along = np.clip(ways @ axis, -1, 1)
-        flat = np.cos(turn)[:, None] * front + np.sin(turn)[:, None] * side
-        led = along[:, None] * axis + np.sqrt(1 - along**2)[:, None] * flat
-        return led, np.degrees(np.arccos(along))
-
-    def capped(self, mask: BoolArray) -> Self:
-        """The same, knowing how far something that is there once reaches down from its top."""
-        axis, front, side = self._poles()
-        if not BALL.min_cap_cosine < axis[2] < BALL.max_cap_cosine:
-            return self
-        turn = np.radians(np.linspace(-60, 60, 13))
-        flat = np.cos(turn)[:, None] * front + np.sin(turn)[:, None] * side
-        cap = 0.0
-        for angle in range(4, 72, 4):
-            off = math.radians(angle)
-            ways = math.cos(off) * axis + math.sin(off) * flat
-            ways = ways[(ways[:, 2] > BALL.min_facing_cosine) & self._within(ways, mask)]
-            if not len(ways):
-                continue
-            rest = np.log(self._photographed(ways) + BALL.dark_levels) - self._tone(ways)
-            if (np.abs(rest).mean(-1) > self.strange).mean() < BALL.min_cap_share:
-                break
-            cap = float(angle)
-        return replace(self, cap=cap if cap >= BALL.min_cap_deg else 0.0)
 
     def _within(self, ways: FloatArray, mask: BoolArray) -> BoolArray:
         """(N,) whether directions (N, 3) of the first side are seen in the mask (H, W)."""

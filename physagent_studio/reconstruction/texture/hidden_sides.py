@@ -60,7 +60,7 @@ def covered_painted(
         if not area.any() or mask[window][area].mean() > HIDDEN.min_seen_share:
             continue
         beside = core[window] & grow(area, max(3, round(HIDDEN.beside_ratio * size)))
-        colour = _commonest(photo[window][beside])
+        colour = commonest(photo[window][beside])
         if colour is None:
             continue
         painted = grow(area, 2) & ~core[window]
@@ -91,7 +91,7 @@ def _towards(camera: Camera, item: SceneObject) -> list[FloatArray]:
     return found
 
 
-def _commonest(colours: Image) -> tuple[FloatArray, float] | None:
+def commonest(colours: Image) -> tuple[FloatArray, float] | None:
     """The colour (3,) that most of them (N, 3) have, and how they stray from it; None for few."""
     if len(colours) < HIDDEN.min_px:
         return None

@@ -17,7 +17,7 @@ from physagent_studio.reconstruction.photo.regions import BoolArray, bounds, gro
 from physagent_studio.reconstruction.texture.block_sides import opposite_sides
 from physagent_studio.reconstruction.texture.hidden_sides import covered_painted
 from physagent_studio.reconstruction.texture.lighting import unlit
-from physagent_studio.reconstruction.texture.revolved import hidden_caps, turned_sides
+from physagent_studio.reconstruction.texture.revolved import Around, around
 from physagent_studio.reconstruction.texture.round_bodies import round_textured
 from physagent_studio.reconstruction.texture.straight_sides import carried_back
 from physagent_studio.reconstruction.texture.turned_prisms import opposite_parts
@@ -44,15 +44,13 @@ class _Look(IntEnum):
 
     SEEN = 0
     MIRRORED = 1
-    LED = 2
-    COPIED = 3
-    CARRIED = 4
-    ACROSS = 5
+    COPIED = 2
+    CARRIED = 3
+    ACROSS = 4
 
 
 RINGS = {
     _Look.MIRRORED: PROJECTION.ring_ratio,
-    _Look.LED: PROJECTION.thin_ring_ratio,
     _Look.CARRIED: PROJECTION.thin_ring_ratio,
     _Look.ACROSS: PROJECTION.thin_ring_ratio,
 }
@@ -67,7 +65,7 @@ def textured(photo: Image, mask: BoolArray, camera: Camera, item: SceneObject, m
     far side continues the near one without a seam. There the outermost ring of the outline, in
     which little of the surface is much stretched and the surroundings shine through, gives
     way to what lies as far inside of it. Balls and ellipsoids: see `round_textured`; what else is
-    round about an axis: see `turned_sides`. Where the light on what is smooth and round is told by
+    round about an axis: see `around`. Where the light on what is smooth and round is told by
     the photo, the texture is without it, and the mesh has it as its `shading`: see `unlit`.
     """
     if not mask.any():
@@ -75,18 +73,23 @@ def textured(photo: Image, mask: BoolArray, camera: Camera, item: SceneObject, m
     color = _mean_color(photo, mask)
     plain = unlit(photo, mask, camera, item, mesh)
     if plain is None:
-        return replace(_painted(photo, mask, camera, item, mesh), color=color)
-    painted = _painted(plain[0], mask, camera, item, mesh)
+        return replace(_painted(photo, mask, camera, item, mesh, lit=True), color=color)
+    painted = _painted(plain[0], mask, camera, item, mesh, lit=False)
     return replace(painted, color=color, shading=plain[1])
 
 
-def _painted(photo: Image, mask: BoolArray, camera: Camera, item: SceneObject, mesh: Mesh) -> Mesh:
-    """The mesh with that picture (H, W, 3) on it; see `textured`."""
+def _painted(
+    photo: Image, mask: BoolArray, camera: Camera, item: SceneObject, mesh: Mesh, *, lit: bool
+) -> Mesh:
+    """The mesh with that picture (H, W, 3) on it, which may have its light; see `textured`."""
     texture, origin = padded_crop(photo, mask)
     texture = covered_painted(photo, mask, camera, item, (texture, origin))
     whole = round_textured(camera, item, mesh, mask, (texture, origin))
     if whole is not None:
         return whole
+    turned = around(camera, item, mesh, mask, (texture, origin), lit)
+    if turned is not None:
+        mesh, whole = replace(mesh, faces=mesh.faces[~turned.faces]), mesh
     kinds = np.where(_unseen(camera, item, mesh), _Look.MIRRORED, _Look.SEEN)
     elsewhere = _elsewhere(camera, item, mask, mesh)
     for which, (chosen, _) in elsewhere.items():
@@ -107,7 +110,30 @@ def _painted(photo: Image, mask: BoolArray, camera: Camera, item: SceneObject, m
         calm = cv2.GaussianBlur(texture, (0, 0), PROJECTION.blur_ratio * float(edge.max()))
         texture = np.hstack([texture, np.asarray(calm, np.uint8)])
         uv[kind == _Look.CARRIED, 0] += edge[0]
-    return Mesh(vertices, faces, uv, texture)
+    flat = Mesh(vertices, faces, uv, texture)
+    return flat if turned is None or whole is None else _joined(flat, whole, turned)
+
+
+def _joined(mesh: Mesh, whole: Mesh, turned: Around) -> Mesh:
+    """The textured mesh with those faces of the whole one that show a picture of their own."""
+    assert mesh.uv is not None
+    assert mesh.texture is not None
+    width, rows = mesh.texture.shape[1], max(len(mesh.texture), len(turned.picture))
+    both = [
+        np.pad(one, ((0, rows - len(one)), (0, 0), (0, 0)), mode="edge")
+        for one in (mesh.texture, turned.picture)
+    ]
+    texture = np.hstack(both)
+    own = whole.faces[turned.faces].reshape(-1)
+    places = np.column_stack([own, turned.corners.reshape(-1, 2)])
+    used, compact = np.unique(places, axis=0, return_inverse=True)
+    faces = compact.reshape(-1, 3) + len(mesh.vertices)
+    return Mesh(
+        np.vstack([mesh.vertices, whole.vertices[used[:, 0].astype(int)]]),
+        np.vstack([mesh.faces, faces]).astype(np.int32),
+        np.asarray(np.vstack([mesh.uv, used[:, 1:] + (width, 0)]), np.float64),
+        texture,
+    )
 
 
 def _elsewhere(
@@ -118,9 +144,7 @@ def _elsewhere(
     if parts:
         return dict(zip((_Look.SEEN, _Look.ACROSS, _Look.CARRIED), parts, strict=True))
     found = {
-        _Look.LED: turned_sides(camera, item, mesh.vertices, mesh.faces),
         _Look.COPIED: opposite_sides(camera, item, mesh),
-        _Look.CARRIED: hidden_caps(camera, item, mesh.vertices, mesh.faces),
     }
     straight = carried_back(camera, item, mask, mesh)
     if straight is not None:

@@ -15,11 +15,11 @@ from numpy.typing import NDArray
 from physagent_studio.arrays import FloatArray
 from physagent_studio.program.rotations import matrix_of
 from physagent_studio.program.scene.camera import Camera
-from physagent_studio.program.scene.state import Revolved, SceneObject
+from physagent_studio.program.scene.state import SceneObject
 from physagent_studio.reconstruction.photo.regions import BoolArray
 from physagent_studio.reconstruction.switches import at_work
 from physagent_studio.reconstruction.texture.ball import BALL, FOLDS, Ball
-from physagent_studio.reconstruction.texture.round_light import body_of
+from physagent_studio.reconstruction.texture.round_light import radii_of
 from physagent_studio.records.case import Image
 from physagent_studio.records.scene import Mesh
 
@@ -37,24 +37,18 @@ def round_textured(
     mask: BoolArray,
     crop: tuple[Image, tuple[int, int]],
 ) -> Mesh | None:
-    """The mesh of a ball, an ellipsoid or a roundish fruit with the photo on all its sides.
+    """The mesh of a ball or an ellipsoid with the photo on all its sides.
 
     None for others. crop: the photo around the thing (h, w, 3) and its top left corner (x, y) in
     the photo.
     """
-    body = body_of(item) if at_work("round bodies") else None
-    if body is None:
+    radii = radii_of(item) if at_work("round bodies") else None
+    if radii is None:
         return None
-    radii, outline = body
-    if outline[:, 1].min() < BALL.min_outline_ratio:
-        return None
-    unit = mesh.vertices / radii
-    away = np.linalg.norm(unit, axis=1)
-    upright = unit[:, 2] / np.maximum(away, 1e-12)
-    beside = away - np.interp(upright, *outline.T) > BALL.max_off_ratio
-    ball = Ball.of(camera, item, radii, outline, crop).lit(mask)
-    ball = ball.capped(mask) if isinstance(item.shape, Revolved) and at_work("caps") else ball
-    if beside.any() and (ball.strange > BALL.many_colours_log or ball.cap > BALL.widest_cap_deg):
+    away = np.linalg.norm(mesh.vertices / radii, axis=1)
+    beside = away - 1 > BALL.max_off_ratio
+    ball = Ball.of(camera, item, radii, crop).lit(mask)
+    if beside.any() and ball.strange > BALL.many_colours_log:
         # A body of several colours with a handle on it: its front says little of its other sides.
         return None
     turned = mesh.vertices @ matrix_of(item.rotation).T

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 
 from physagent_studio.arrays import FloatArray
-from physagent_studio.program.scene.state import Ellipsoid, Revolved, SceneObject, Sphere
+from physagent_studio.program.scene.state import Ellipsoid, SceneObject, Sphere
 from physagent_studio.reconstruction.photo.regions import BoolArray
 
 
@@ -16,7 +16,6 @@ from physagent_studio.reconstruction.photo.regions import BoolArray
 class RoundSettings:
     """What is round, and what on it is a pattern."""
 
-    min_aspect_ratio: float = 0.45  # 0.3..0.8: how flat or slim it may be
     # 0..0.02: of the picture of what is strange; smaller parts are noise
     min_speck_share: float = 0.002
     min_parts: int = 3  # count, 2..8: of them that are a pattern
@@ -27,29 +26,11 @@ class RoundSettings:
 ROUND = RoundSettings()
 
 
-def body_of(item: SceneObject) -> tuple[FloatArray, FloatArray] | None:
-    """(3,) radii of the ellipsoid that a body is or comes near to, and its outline (K, 2), how far
-
-    out it is, in those radii, by the cosine with its axis; None for none.
-    """
-    even = np.array([[-1.0, 1.0], [1.0, 1.0]])
+def radii_of(item: SceneObject) -> FloatArray | None:
+    """(3,) radii of a ball or an ellipsoid; None for others."""
     if isinstance(item.shape, Sphere):
-        return np.full(3, item.shape.radius), even
-    if isinstance(item.shape, Ellipsoid):
-        return np.asarray(item.shape.radii, float), even
-    if not isinstance(item.shape, Revolved) or item.shape.wall is not None:
-        return None
-    heights, out = np.array(item.shape.profile, float).T
-    wide, tall = max(float(out.max()), 1e-9), max(float(np.abs(heights).max()), 1e-9)
-    if not ROUND.min_aspect_ratio < tall / wide < 1 / ROUND.min_aspect_ratio:
-        return None
-    away = np.hypot(out / wide, heights / tall)
-    upright = heights / tall / np.maximum(away, 1e-12)
-    order = np.argsort(upright, kind="stable")
-    ends = [(-1.0, abs(heights[0]) / tall), (1.0, abs(heights[-1]) / tall)]
-    outline = np.stack([upright[order], away[order]], 1)
-    # Where it begins and ends it is closed by a flat disc.
-    return np.array([wide, wide, tall]), np.vstack([ends[:1], outline, ends[1:]])
+        return np.full(3, item.shape.radius)
+    return np.asarray(item.shape.radii, float) if isinstance(item.shape, Ellipsoid) else None
 
 
 def terms_of(ways: FloatArray) -> FloatArray:

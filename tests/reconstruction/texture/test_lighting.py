@@ -122,7 +122,7 @@ def test_a_ball_that_has_rolled_is_lit_as_before():
     mesh = textured(photo, mask, CAMERA, ITEM, mesh_of(BALL))
     assert mesh.shading is not None
     # With the light of the photo in its texture, as things were drawn before.
-    baked = _painted(photo, mask, CAMERA, ITEM, mesh_of(BALL))
+    baked = _painted(photo, mask, CAMERA, ITEM, mesh_of(BALL), lit=True)
     for axis, least in (((0.0, 1.0, 0.0), 4.0), ((1.0, 0.0, 0.0), 1.5)):
         turn = about_axis(axis, np.pi / 2)
         truth = photo_of(striped, light, turn)[0]

@@ -19,7 +19,6 @@ from physagent_studio.reconstruction import mesh_of
 from physagent_studio.reconstruction.camera.rays import on_upright
 from physagent_studio.reconstruction.shapes.inflation import inflated_mesh, upright_extent
 from physagent_studio.reconstruction.texture.projection import textured
-from physagent_studio.reconstruction.texture.revolved import turned_sides
 from physagent_studio.reconstruction.texture.round_bodies import round_textured
 from physagent_studio.records.scene import Mesh
 
@@ -115,24 +114,6 @@ def test_round_sides_are_not_drawn_out_and_meet_behind_without_a_seam(shape, lyi
     assert max(spread) < 16
 
 
-def test_what_is_as_deep_as_wide_is_led_around_too_and_flat_things_are_not():
-    camera = Camera.from_horizon((320, 240), 70, 1.0, focal=300.0)
-    body = mesh_of(Ellipsoid(radii=(0.3, 0.24, 0.35)))
-    item = SceneObject(name="tree", shape=Inflated(size=(0.6, 0.48, 0.7)), position=(0, 2.5, 0.35))
-    found = turned_sides(camera, item, body.vertices, body.faces)
-    assert found is not None
-    chosen, led = found
-    middle = body.vertices[body.faces].mean(1)
-    assert chosen[(middle[:, 1] > 0.1) & (np.abs(middle[:, 2]) < 0.2)].all()
-    assert not chosen[(middle[:, 1] < -0.15)].any()
-    # At the same height, on the side of the camera.
-    assert led[:, 2] == pytest.approx(body.vertices[:, 2])
-    assert (led[np.hypot(*led[:, :2].T) > 0.05, 1] < 0).all()
-    for shape in (Inflated(size=(0.6, 0.2, 0.7)), Inflated(size=(0.6, 0.6, 0.1), flat=True)):
-        shallow = item.model_copy(update={"shape": shape})
-        assert turned_sides(camera, shallow, body.vertices, body.faces) is None
-
-
 def _colour(mesh, way: np.ndarray) -> np.ndarray:
     """The colour (3,) of the mesh where a ray from its middle leaves it."""
     unit = mesh.vertices / np.linalg.norm(mesh.vertices, axis=1, keepdims=True)
@@ -193,9 +174,7 @@ def test_the_far_side_of_what_is_thin_shows_its_own_colour():
 
 def test_a_body_of_several_colours_with_a_handle_is_not_shown_again_on_its_sides():
     camera = Camera.from_horizon((320, 240), 20, 1.0, focal=420.0)
-    angle = np.linspace(-np.pi / 2, np.pi / 2, 24)
-    profile = [(0.16 * float(np.sin(a)), 0.25 * float(np.cos(a)) + 1e-4) for a in angle]
-    stone = Revolved(profile=tuple(profile))
+    stone = Ellipsoid(radii=(0.25, 0.25, 0.16))
     item = SceneObject(name="stone", shape=stone, position=(0.0, 2.5, 0.16))
     body = mesh_of(stone)
     rod = np.array([[-0.1, 0, 0.2], [0.1, 0, 0.2], [0.1, 0, 0.24], [-0.1, 0, 0.24]])

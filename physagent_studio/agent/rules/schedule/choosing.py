@@ -161,6 +161,13 @@ def script_for(task: Task) -> Script:
     return _by_sense(task)
 
 
+def _stays_there(task: Task) -> bool:
+    """Whether nothing more is told of it than that it turns, on level ground."""
+    told = {frame.sense for frame in task.intent.frames if not frame.negated}
+    still = told <= {"turn_around", "turn", "stay", "rest", "be"}
+    return still and task.layout.ramp_below(task.name) is None
+
+
 def _sinks(task: Task) -> bool:
     """Whether it comes down through the air and not as things fall: slowly."""
     if task.layout.carrier(task.name) is not None:
@@ -247,6 +254,7 @@ def _by_sense(task: Task) -> Script:
         (("flip",), scripts.tip),
         (("knock_over", "tip_over", "topple", "lose_balance"), scripts.tip),
         (("spin",), scripts.spin_about),
+        (("turn_around",) if _stays_there(task) else (), scripts.spin_about),
         (("turn_around", "reverse"), scripts.turn_back),
         (("turn",), scripts.spin_about),
         (("sway",), scripts.rock if _is_stiff(task) else _nothing),

@@ -62,7 +62,8 @@ def spin_about(task: Task) -> list[Action]:
     turns = next((f.count for f in task.intent.frames if f.count), 1) or 1
     said = next((f.angle for f in task.intent.frames if f.angle is not None), None)
     slight = any("slight" in f.manner for f in task.intent.frames)
-    angle = said or (30.0 if slight else 360.0 * turns + 30.0)
+    half = task.intent.has("turn_around") and not any(f.count for f in task.intent.frames)
+    angle = said or (30.0 if slight else 180.0 if half else 360.0 * turns + 30.0)
     rate = mech.spin_for_flip(angle, task.seconds(0.5))
     steps = int(task.seconds(0.5) / task.clip.step_seconds)
     sign = -1.0 if task.way() == "right" else 1.0

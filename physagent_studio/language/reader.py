@@ -265,7 +265,7 @@ _AS_SAID = (
 )  # fmt: skip
 """What a frame takes over from the details of its clause as it is."""
 _COUNTED = {2: "twice", 3: "thrice"}
-COUNTABLE = ("flip", "spin", "rotate", "bounce", "reverse", "sway")
+COUNTABLE = ("flip", "spin", "rotate", "turn", "turn_around", "bounce", "reverse", "sway")
 """Senses of which it can be measured how often they happen."""
 
 

@@ -7,7 +7,7 @@ import html
 import json
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from importlib.resources import files
 from typing import Any
 
@@ -75,56 +75,14 @@ def replay_html(replay: Replay) -> str:
     A content-security policy in the file forbids every connection.
     """
     page = (files("physagent_studio.exchange") / "pages" / "replay.html").read_text("utf-8")
+    data = {key: value for key, value in asdict(replay).items() if key != "viewer"}
     parts = {
         "TITLE": html.escape(replay.title),
-        "DATA": _embedded(_plain(replay)),
+        "DATA": _embedded(data),
         "VIEWER": _embedded(list(replay.viewer) if replay.viewer else None),
     }
     # In one pass, so that a mark in what somebody wrote stays what it is.
     return re.sub("@@(TITLE|DATA|VIEWER)@@", lambda mark: parts[mark[1]], page)
-
-
-def _plain(replay: Replay) -> dict[str, Any]:
-    return {
-        "title": replay.title,
-        "prompt": replay.prompt,
-        "outcome": replay.outcome,
-        "fps": replay.fps,
-        "frames": replay.frames,
-        "size": list(replay.size),
-        "photo": _base64(replay.photo),
-        "version": replay.version,
-        "rounds": [_plain_round(one) for one in replay.rounds],
-    }
-
-
-def _plain_round(one: ReplayRound) -> dict[str, Any]:
-    return {
-        "number": one.number,
-        "verdict": one.verdict,
-        "program": one.program,
-        "checks": [
-            {
-                "ok": check.ok,
-                "clause": check.clause,
-                "text": check.text,
-                "measured": check.measured,
-                "frame": check.frame,
-                "always": check.always,
-                "group": check.group,
-            }
-            for check in one.checks
-        ],
-        "diagnosis": list(one.diagnosis),
-        "proposal": one.proposal,
-        "changes": list(one.changes),
-        "decided": one.decided,
-        "video": _base64(one.video),
-        "recording": _base64(one.recording),
-        "gentler": one.gentler,
-        "pace": one.pace,
-        "timing": dict(one.timing),
-    }
 
 
 def _base64(data: bytes) -> str:
@@ -133,5 +91,7 @@ def _base64(data: bytes) -> str:
 
 def _embedded(value: Any) -> str:
     """JSON that cannot end the script element around it."""
-    text = json.dumps(value, ensure_ascii=False, separators=(",", ":"), allow_nan=False)
+    text = json.dumps(
+        value, ensure_ascii=False, separators=(",", ":"), allow_nan=False, default=_base64
+    )
     return text.replace("<", "\\u003c").replace("\u2028", "\\u2028").replace("\u2029", "\\u2029")

@@ -7,6 +7,8 @@ quaternions (w, x, y, z). No value is NaN or infinite, none is unbounded.
 from __future__ import annotations
 
 import math
+from collections.abc import Collection
+from itertools import chain, count
 from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Discriminator, Field, StringConstraints
@@ -51,6 +53,17 @@ Pixel = tuple[Pixels, Pixels]
 
 Source = Literal["given", "estimated", "assumed", "person"]
 """Where a number came from: stated by the case, measured in the picture, a default, a person."""
+
+
+def free_name(wanted: str, taken: Collection[str]) -> str:
+    """The name that was wanted, with the first number behind it that makes it a new one."""
+    numbered = (f"{wanted[:57]}_{number}" for number in count(2))
+    return next(name for name in chain([wanted[:60]], numbered) if name not in taken)
+
+
+def overlap(path: str, other: str) -> bool:
+    """Whether one path of a program is the other, or lies in it."""
+    return f"{path}.".startswith(f"{other}.") or f"{other}.".startswith(f"{path}.")
 
 
 def _unit(value: tuple[float, float, float, float]) -> tuple[float, float, float, float]:

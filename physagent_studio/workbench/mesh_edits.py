@@ -16,6 +16,7 @@ from physagent_studio.errors import InputError
 from physagent_studio.exchange.files import bytes_of
 from physagent_studio.jobs import JobFailed, Limits, shared
 from physagent_studio.program import AddItem, Edit, PhysicalProgram
+from physagent_studio.program.base import free_name
 from physagent_studio.program.scene.state import Meshed, SceneObject
 from physagent_studio.reconstruction.backends.mesh_files import (
     MESH,
@@ -148,12 +149,7 @@ def check_form(data: bytes) -> None:
 def name_for(program: PhysicalProgram, wanted: str) -> str:
     """A name that a program does not have yet, made of what was wanted."""
     stem = re.sub(r"[^A-Za-z0-9_-]+", "_", wanted).strip("_-")[:56] or "mesh"
-    scene = program.scene
-    taken = {one.name for one in (*scene.objects, *scene.supports, *scene.landmarks)}
-    name, number = stem, 2
-    while name in taken:
-        name, number = f"{stem}_{number}", number + 1
-    return name
+    return free_name(stem, program.scene.names)
 
 
 def adding(

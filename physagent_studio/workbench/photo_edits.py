@@ -18,7 +18,7 @@ from physagent_studio.errors import InputError
 from physagent_studio.knowledge import support_kind, usual_size
 from physagent_studio.language.hints import called
 from physagent_studio.program import AddItem, Edit, Grounding, PhysicalProgram, SetField
-from physagent_studio.program.base import Pixel
+from physagent_studio.program.base import Pixel, free_name, overlap
 from physagent_studio.program.scene.aloft import in_air
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import (
@@ -186,7 +186,7 @@ def ramp_edits(
     support = scene.support(name)
     if support is None:
         fresh: dict[str, JsonValue] = {
-            "name": _free_name(scene, "ramp"),
+            "name": free_name("ramp", scene.names),
             "grounding": {"marks": listed},
         }
         return (AddItem(path="scene.supports", item=fresh), *opened)
@@ -252,12 +252,6 @@ def stated(state: SceneState) -> SceneState:
 # --- what follows a correction -----------------------------------------------------------------
 
 
-def _free_name(scene: SceneState, stem: str) -> str:
-    taken = {item.name for item in (*scene.objects, *scene.supports, *scene.landmarks)}
-    names = (stem, *(f"{stem}_{number}" for number in range(2, 400)))
-    return next(name for name in names if name not in taken)
-
-
 def _carried(scene: SceneState, name: str) -> list[SceneObject]:
     """The objects that stand on one of that name, or on such an object."""
     found, names = [], [name]
@@ -285,7 +279,7 @@ def _opened_scene(
 def _followed(mark: Landmark, camera: Camera | None, pinned: Collection[str]) -> Iterator[SetField]:
     """A landmark stays where it is in the picture; one without pixels gets those it is seen at."""
     path = f"scene.landmarks.{mark.name}"
-    if any(_overlap(f"{path}.points", fact) for fact in pinned):
+    if any(overlap(f"{path}.points", fact) for fact in pinned):
         return
     if not mark.pixels and mark.points and camera and mark.source not in ("person", "given"):
         pixels, depth = camera.project(np.array(mark.points))
@@ -315,7 +309,7 @@ def opened_objects(
             continue
         path = f"scene.objects.{item.name}"
         meshed = item.shape is not None and item.shape.kind == "mesh"
-        held = any(_overlap(f"{path}.position", fact) for fact in pinned)
+        held = any(overlap(f"{path}.position", fact) for fact in pinned)
         kept = {"shape"} if meshed or held else set()
         paths += [f"{path}.{field}" for field in fields if field not in kept]
     return list(_opened(paths, pinned))
@@ -323,10 +317,5 @@ def opened_objects(
 
 def _opened(paths: Iterable[str], pinned: Collection[str]) -> Iterator[SetField]:
     for path in paths:
-        if not any(_overlap(path, fact) for fact in pinned):
+        if not any(overlap(path, fact) for fact in pinned):
             yield SetField(path=path, value=None)
-
-
-def _overlap(path: str, fact: str) -> bool:
-    """Whether one path is the other, or lies in it."""
-    return f"{path}.".startswith(f"{fact}.") or f"{fact}.".startswith(f"{path}.")

@@ -228,7 +228,7 @@ def _once_raised(contract: Contract, reading: Reading, layout: Layout) -> Contra
 def _known_only(contract: Contract, state: SceneState) -> Contract:
     """The contract without statements on places that the scene does not have; they stay visible
     as untested clauses."""
-    places = {i.name for i in (*state.objects, *state.supports, *state.landmarks)}
+    places = set(state.names)
     kept = list(contract.statements)
     while True:
         ids = {s.id for s in kept}

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from typing import Any
 
 from physagent_studio.agent.vlm.facts import rounded
@@ -15,6 +14,7 @@ from physagent_studio.program import (
     SetField,
     value_at,
 )
+from physagent_studio.program.base import overlap
 from physagent_studio.records.judgement import Stage
 
 _OBJECT_LOOKS = (
@@ -76,14 +76,6 @@ def _leaves(path: str, value: Any) -> list[str]:
     return [f"{path} = {text.replace('True', 'true').replace('False', 'false')}"]
 
 
-def overlap(path: str, others: Iterable[str]) -> str | None:
-    """The first of `others` that is this path, lies within it or holds it."""
-    for other in others:
-        if path == other or path.startswith(f"{other}.") or other.startswith(f"{path}."):
-            return other
-    return None
-
-
 def target(edit: Edit, program: PhysicalProgram) -> str:
     """The path that an edit changes: of an addition, the item that it makes."""
     if isinstance(edit, AddItem):
@@ -141,5 +133,5 @@ def entailed(program: PhysicalProgram, edits: tuple[Edit, ...]) -> tuple[Edit, .
     return tuple(
         SetField(path=path, value=None)
         for path in opened
-        if overlap(path, own) is None and value_at(program, path) is not None
+        if not any(overlap(path, one) for one in own) and value_at(program, path) is not None
     )

@@ -14,6 +14,7 @@ from physagent_studio.agent.vlm.forms import EventPlan, PlannedEdit, PlannedHunk
 from physagent_studio.agent.vlm.line import Line
 from physagent_studio.agent.vlm.messages import Invalid, Turn, VlmError, prompt, quoted
 from physagent_studio.program import AddItem, Edit, MoveItem, RemoveItem, SetField, apply
+from physagent_studio.program.base import overlap
 from physagent_studio.records import Assessment, Hunk, Memory, MemoryEntry, Proposal
 
 AUTHOR = "vlm"
@@ -170,13 +171,13 @@ def _hunk(item: PlannedHunk, index: int, situation: Situation) -> Hunk:
         where = paths.target(edit, program)
         if not paths.allowed(edit, program, stage):
             raise Invalid(f"{where}: is not among the paths that may be edited now")
-        pinned = paths.overlap(where, memory.pinned)
+        pinned = next((one for one in memory.pinned if overlap(where, one)), None)
         if pinned is not None:
             raise Invalid(f"{where}: {pinned} is pinned by a person; leave it as it is")
     opened = tuple(
         edit
         for edit in paths.entailed(program, edits)
-        if paths.overlap(edit.path, memory.pinned) is None
+        if not any(overlap(edit.path, one) for one in memory.pinned)
     )
     return Hunk(id=f"h{index + 1}", summary=item.summary, edits=(*edits, *opened))
 
@@ -194,7 +195,7 @@ def _proposal(
     edits = [edit for hunk in hunks for edit in hunk.edits]
     verified = situation.memory.verified
     touches = any(
-        paths.overlap(paths.target(edit, situation.program), verified) is not None for edit in edits
+        overlap(paths.target(edit, situation.program), one) for edit in edits for one in verified
     )
     content = json.dumps([hunk.model_dump(mode="json") for hunk in hunks], sort_keys=True)
     return Proposal(

@@ -25,7 +25,6 @@ from physagent_studio.agent.vlm.verdicts import (
     rollout_assessment,
     scene_assessment,
 )
-from physagent_studio.program import PhysicalProgram
 from physagent_studio.records import Assessment, Evidence, RolloutEvidence, SceneEvidence
 from physagent_studio.rendering.sheets import contact_sheet, marked
 
@@ -50,7 +49,7 @@ class VlmVerifier:
 
     def _scene(self, evidence: SceneEvidence, sentence: str) -> Assessment:
         findings = evidence.scene.findings
-        known = _names(evidence.program)
+        known = set(evidence.program.scene.names)
 
         def check(reply: StageOneReply) -> StageOneReply:
             _known_names([item.subject for item in reply.mismatches], known | {"camera"})
@@ -72,7 +71,7 @@ class VlmVerifier:
 
     def _rollout(self, evidence: RolloutEvidence, sentence: str) -> Assessment:
         program = evidence.program
-        known = _names(program)
+        known = set(program.scene.names)
         clauses = [clause.id for clause in program.contract.clauses]
 
         def check(reply: StageTwoReply) -> StageTwoReply:
@@ -94,11 +93,6 @@ class VlmVerifier:
         except VlmError as error:
             return no_rollout_verdict(evidence, str(error))
         return rollout_assessment(reply, evidence)
-
-
-def _names(program: PhysicalProgram) -> set[str]:
-    scene = program.scene
-    return {item.name for item in (*scene.objects, *scene.supports, *scene.landmarks)}
 
 
 def _known_names(names: list[str], known: set[str]) -> None:

@@ -229,6 +229,11 @@ class SceneState(Frozen):
     landmarks: tuple[Landmark, ...] = Field(default=(), max_length=64)
     flags: tuple[Text, ...] = Field(default=(), max_length=64)
 
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of all that is in it: objects, supports, landmarks."""
+        return tuple(one.name for one in (*self.objects, *self.supports, *self.landmarks))
+
     def object(self, name: str) -> SceneObject | None:
         """The object of that name, or None."""
         return next((item for item in self.objects if item.name == name), None)

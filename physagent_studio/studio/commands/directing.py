@@ -14,7 +14,7 @@ from physagent_studio.agent.rules.planner.parameters import action_knobs
 from physagent_studio.arrays import FloatArray
 from physagent_studio.errors import InputError
 from physagent_studio.program import Action, AddItem, Directed, Edit, PhysicalProgram, SetField
-from physagent_studio.program.base import Name, Pixel
+from physagent_studio.program.base import Name, Pixel, free_name
 from physagent_studio.program.scene.aloft import Carriage
 from physagent_studio.program.scene.state import SceneObject
 from physagent_studio.program.timing import retimed
@@ -101,7 +101,8 @@ def aimed(program: PhysicalProgram, name: str, end: tuple[float, float]) -> tupl
              for edit in _turned(action, degrees)]  # fmt: skip
     if not edits:
         force: JsonValue = {**FIRST_PUSH, "azimuth": degrees}
-        push: JsonValue = {"id": _free(f"push_{name}", program), "name": name, "start_step": 4,
+        taken = {one.id for one in program.event.actions}
+        push: JsonValue = {"id": free_name(f"push_{name}", taken), "name": name, "start_step": 4,
                            "operator": "ApplyForce", "force": force, "duration": 12}  # fmt: skip
         edits.append(AddItem(path="event.actions", item=push))
     if item.wheels is not None:
@@ -141,9 +142,3 @@ def _rotated(vector: FloatArray, degrees: float) -> list[JsonValue]:
     flat, angle = math.hypot(vector[0], vector[1]), math.radians(degrees)
     parts = (flat * math.cos(angle), flat * math.sin(angle), float(vector[2]))
     return [float(f"{part:.5g}") for part in parts]
-
-
-def _free(name: str, program: PhysicalProgram) -> str:
-    taken = {one.id for one in program.event.actions}
-    names = (name[:60], *(f"{name[:57]}_{number}" for number in range(2, 400)))
-    return next(one for one in names if one not in taken)

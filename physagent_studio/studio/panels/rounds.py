@@ -85,7 +85,7 @@ def state_of(snapshot: Snapshot, compared: Round | None = None) -> dict[str, Any
         "fields": fields_of(snapshot.program),
         "names": {
             "objects": [one.name for one in scene.objects],
-            "places": [one.name for one in (*scene.objects, *scene.supports, *scene.landmarks)],
+            "places": list(scene.names),
             "statements": [one.id for one in snapshot.program.contract.statements],
             "round": [
                 one.name for one in scene.objects if one.shape and one.shape.kind == "sphere"

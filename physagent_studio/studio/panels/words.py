@@ -170,9 +170,7 @@ SAID = frozenset(
 
 def speaker(program: PhysicalProgram) -> Callable[[str], str]:
     """Writes sentences as one says them: `red_ball at -3` becomes `red ball at −3`."""
-    scene = program.scene
-    named = (*scene.objects, *scene.supports, *scene.landmarks)
-    names = {one.name for one in named} | {action.id for action in program.event.actions}
+    names = {*program.scene.names, *(action.id for action in program.event.actions)}
     longest_first = sorted((re.escape(one) for one in names if "_" in one), key=len, reverse=True)
     # Neither a part of a longer name nor of a path.
     # At the start of a sentence a name has a capital.

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from physagent_studio.agent.rules.contract.specs import Spec
+from physagent_studio.program.base import free_name
 
 
 @dataclass
@@ -50,11 +51,7 @@ class Statements:
             same = {k: v for k, v in row.items() if k not in ("id", "clause")} == data
             if same and row["clause"] == clause:
                 return row["id"]
-        taken = {row["id"] for row in self.rows}
-        name, number = label[:60], 1
-        while name in taken:
-            number += 1
-            name = f"{label[:57]}_{number}"
+        name = free_name(label, {row["id"] for row in self.rows})
         self.rows.append({"id": name, "clause": clause, **data})
         return name
 

@@ -15,6 +15,7 @@ from physagent_studio.agent.rules.planner.parameters import (
     time_knobs,
 )
 from physagent_studio.language.wishes import wishes
+from physagent_studio.program.base import overlap
 from physagent_studio.program.edits import AddItem, Edit
 from physagent_studio.records import Mismatch
 
@@ -175,12 +176,8 @@ def _path(edit: Edit) -> str:
 
 
 def _is_pinned(situation: Situation, path: str) -> bool:
-    return any(_overlaps(path, pinned) for pinned in situation.memory.pinned)
+    return any(overlap(path, pinned) for pinned in situation.memory.pinned)
 
 
 def _is_verified(situation: Situation, path: str) -> bool:
     return any(path == v or path.startswith(f"{v}.") for v in situation.memory.verified)
-
-
-def _overlaps(path: str, other: str) -> bool:
-    return path == other or path.startswith(f"{other}.") or other.startswith(f"{path}.")

@@ -29,6 +29,7 @@ from physagent_studio.program import (
     apply,
 )
 from physagent_studio.program.actions import ApplyAngledForce, ApplyForce, SetVelocity
+from physagent_studio.program.base import free_name
 from physagent_studio.records import Proposal, Rollout
 
 Run = Callable[[PhysicalProgram], Rollout]
@@ -241,10 +242,7 @@ def _pushed(search: _Search) -> None:
     flat = way[:2] / seconds
     if float(np.linalg.norm(flat)) < 1e-3:
         return
-    known = {action.id for action in program.event.actions}
-    name = next(
-        one for n in range(1, 1000) if (one := f"go_{wish.name}_{n}".replace("_1", "")) not in known
-    )
+    name = free_name(f"go_{wish.name}", {action.id for action in program.event.actions})
     first = (float(flat[0]), float(flat[1]), 0.0)
 
     def knobs(x: FloatArray) -> tuple[Edit, ...]:

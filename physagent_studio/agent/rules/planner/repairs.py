@@ -12,6 +12,7 @@ from physagent_studio.agent.rules.scene.measures import Layout
 from physagent_studio.agent.rules.schedule import actions as act
 from physagent_studio.agent.rules.schedule.paths import PATH, arc_length
 from physagent_studio.program.actions import Action, ApplyAngledForce, ApplyForce, Directed
+from physagent_studio.program.base import free_name
 from physagent_studio.program.edits import AddItem, Edit, RemoveItem, SetField
 from physagent_studio.program.statements import Contacts
 from physagent_studio.records import Mismatch, Rollout
@@ -187,10 +188,6 @@ def _removed(mismatch: Mismatch, situation: Situation) -> Iterator[tuple[Edit, .
 
 
 def _add(situation: Situation, action: Action) -> tuple[Edit, ...]:
-    taken = {a.id for a in situation.program.event.actions}
-    name, number = action.id, 1
-    while name in taken:
-        number += 1
-        name = f"{action.id[:60]}_{number}"
+    name = free_name(action.id, {a.id for a in situation.program.event.actions})
     item = action.model_copy(update={"id": name}).model_dump(mode="json")
     return (AddItem(path="event.actions", item=item),)

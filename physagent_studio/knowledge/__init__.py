@@ -28,7 +28,6 @@ from physagent_studio.knowledge.things import (
     has_lid,
     is_board,
     is_container,
-    is_disc,
     is_flag,
     is_listed,
     is_loose,

@@ -50,7 +50,6 @@ class Kind(_Row):
     ) = None
     base: Literal["solid", "splayed"] | None = None
     hollow: Literal["open", "lidded", "soft"] | None = None
-    disc: bool = False
     parts: tuple[Literal["frame", "stem", "handle"], ...] = ()
     wheels: Heading | None = None
     colours: tuple[str, ...] = ()

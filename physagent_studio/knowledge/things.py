@@ -171,11 +171,6 @@ def is_loose(name: str) -> bool:
     return _is(name, "body", "grains")
 
 
-def is_disc(name: str) -> bool:
-    """Whether a thing of that name has straight sides and ends in level discs."""
-    return _is(name, "disc", True)
-
-
 def is_open(name: str) -> bool:
     """Whether a thing of that name is hollow and has no lid."""
     return _is(name, "hollow", "open")

@@ -82,8 +82,6 @@ BODIES = {
     "right angles": "the camera by edges of right-angled things",
     "known sizes": "the camera by things of known size on one plane",
     "eye level": "cameras are held at a usual height",
-    "shore": "no horizon below a line across the picture",
-    "rims": "the camera by rims of cups and cans",
 }
 """The same of bodies, their looks and places, and of the camera."""
 HEURISTICS = MASKS | PLATES | BODIES

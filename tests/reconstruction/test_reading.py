@@ -98,7 +98,7 @@ def test_sizes_of_known_things_give_the_horizon_and_metres():
         cues.Standing(float(v), float(e), 0.38, 0.04, "floor")
         for (_, v), e in zip(feet, extents, strict=True)
     ]
-    found = cues.estimate(blank, segments(blank), standing)
+    found = cues.estimate((832, 480), segments(blank), standing)
     assert found.row == pytest.approx(camera.horizon, abs=15)
 
 
@@ -109,7 +109,7 @@ def test_level_edges_give_the_horizon():
         ends = camera.project(np.array([[0.35 * k, 1.8, 0], [0.35 * k, 9.0, 0]]))[0]
         near, far = ((int(x), int(y)) for x, y in ends)
         cv2.line(image, near, far, (40, 40, 40), 3, cv2.LINE_AA)
-    found = cues.estimate(image, segments(image), [])
+    found = cues.estimate((832, 480), segments(image), [])
     assert found.row == pytest.approx(camera.horizon, abs=12)
     assert found.sigma < 60
 

@@ -17,9 +17,8 @@ from scipy.interpolate import CubicSpline
 
 from physagent_studio.arrays import FloatArray
 from physagent_studio.reconstruction.camera import right_angles
-from physagent_studio.reconstruction.photo.line_segments import Segments, level_transitions
+from physagent_studio.reconstruction.photo.line_segments import Segments
 from physagent_studio.reconstruction.switches import at_work
-from physagent_studio.records.case import Image
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,6 +34,7 @@ class PriorSettings:
     focal_spread_log: float = 0.4  # 0.1..1: of focal lengths about the normal one
     shortest_focal_log: float = -0.8  # -2..0: of the shortest one tried, over the normal one
     longest_focal_log: float = 1.1  # 0..2: of the longest
+    circle_spread_rad: float = math.radians(2.0)  # 0.01..0.1: of the slope that a circle tells
     right_angle_weight: float = 0.5  # weight, 0..1: edges side by side are not independent
 
 
@@ -58,17 +58,10 @@ class Standing:
 
 @dataclass(frozen=True, slots=True)
 class Disc:
-    """A circle on a level plane: row of its middle, height over width of its ellipse.
-
-    sigma: how surely it tells the slope of the view, degrees. either: it may be seen from below.
-    cut: how many times less surely it speaks against steeper views, where shadows cut it flat.
-    """
+    """A circle on a level plane: row of its middle, height over width of its ellipse."""
 
     row: float
     flatness: float
-    sigma: float = 2.0
-    either: bool = False
-    cut: float = 1.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,7 +80,7 @@ def usual_focal(size: tuple[int, int]) -> float:
 
 
 def estimate(
-    image: Image,
+    size: tuple[int, int],
     found: Segments,
     standing: Sequence[Standing],
     limits: Sequence[float] = (),
@@ -97,14 +90,14 @@ def estimate(
 ) -> Horizon:
     """The horizon and focal length of a picture.
 
-    found: its straight edges. standing: things on level planes. limits: rows of further
-    points that certainly lie on a level plane, hence below the horizon. discs: circles on level
-    planes. focal: pixels, where it is known. angles: the edges of each right-angled thing;
-    without them all of `found` are taken to belong to one.
+    size: (width, height). found: its straight edges. standing: things on level planes. limits:
+    rows of further points that certainly lie on a level plane, hence below the horizon. discs:
+    circles on level planes. focal: pixels, where it is known. angles: the edges of each
+    right-angled thing; without them all of `found` are taken to belong to one.
     """
-    rows, columns = image.shape[:2]
+    rows = size[1]
     if angles is None:
-        angles = right_angles.edges_by_thing(found, (columns, rows), ())
+        angles = right_angles.edges_by_thing(found, size, ())
     grid = np.arange(-5.0 * rows, 1.1 * rows, 2.0)
     shared = _below(grid, [item.foot for item in standing], rows, 0.02)
     shared += _below(grid, limits, rows, 0.0)
@@ -112,9 +105,7 @@ def estimate(
         shared += _sizes(grid, standing)
     if at_work("eye level"):
         shared += _eye_level(grid, standing)
-    if at_work("shore"):
-        shared += _shore(grid, image, rows)
-    usual = usual_focal((columns, rows))
+    usual = usual_focal(size)
     factors = _factors(focal, usual, finely=len(angles) > 0)
     votes = np.stack(
         [
@@ -173,10 +164,7 @@ def _roundness(grid: FloatArray, rows: int, focal: float, discs: Sequence[Disc])
     for disc in discs:
         seen = pitch + math.atan2(disc.row - rows / 2, focal)
         slope = math.asin(min(max(disc.flatness, 0.01), 0.999))
-        away = (
-            np.minimum(np.abs(seen - slope), np.abs(seen + slope)) if disc.either else seen - slope
-        )
-        off = away / math.radians(disc.sigma) / np.where(away > 0, disc.cut, 1.0)
+        off = (seen - slope) / PRIOR.circle_spread_rad
         votes -= 2 * np.log1p(0.25 * off**2)
     return votes
 
@@ -216,16 +204,6 @@ def _eye_level(grid: FloatArray, standing: Sequence[Standing]) -> FloatArray:
         height = np.log(below * best.metres / best.extent)
         sigma = math.hypot(PRIOR.eye_level_spread_log, best.spread)
         votes -= 0.5 * ((height - math.log(PRIOR.eye_level_m)) / sigma) ** 2
-    return votes
-
-
-def _shore(grid: FloatArray, image: Image, rows: int) -> FloatArray:
-    """A line across the whole picture is a wall's foot or the horizon itself: none is below."""
-    votes = np.zeros_like(grid)
-    lines = [y for y, strength in level_transitions(image) if strength > 0.7]
-    if lines:
-        over = (grid - max(lines) - 0.02 * rows) / (0.03 * rows)
-        votes -= np.where(over > 0, np.minimum(over, 4), 0)
     return votes
 
 

@@ -11,7 +11,6 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
-import cv2
 import numpy as np
 
 from physagent_studio.arrays import FloatArray
@@ -19,7 +18,6 @@ from physagent_studio.reconstruction.camera.estimate import Horizon, usual_focal
 from physagent_studio.reconstruction.camera.right_angles import Edges
 from physagent_studio.reconstruction.photo.line_segments import Segments
 from physagent_studio.reconstruction.switches import at_work
-from physagent_studio.records.case import Image
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,15 +94,6 @@ class Levelled:
 
     size: tuple[int, int]
     roll: float
-
-    def image(self, image: Image) -> Image:
-        """The picture (H, W, 3), with its rim drawn out where it shows nothing."""
-        if not self.roll:
-            return image
-        width, height = self.size
-        turn = cv2.getRotationMatrix2D((width / 2, height / 2), -math.degrees(self.roll), 1.0)
-        out = cv2.warpAffine(image, turn, (width, height), borderMode=cv2.BORDER_REPLICATE)
-        return np.asarray(out, np.uint8)
 
     def row(self, place: tuple[float, float]) -> float:
         """The row of a place (x, y) in the level picture."""

@@ -9,17 +9,9 @@ from itertools import pairwise
 import cv2
 import numpy as np
 
-from physagent_studio.knowledge import is_disc, words_of
+from physagent_studio.knowledge import words_of
 from physagent_studio.language import SceneHints
-from physagent_studio.reconstruction.camera.estimate import Disc
 from physagent_studio.reconstruction.photo.regions import BoolArray, bounds
-from physagent_studio.reconstruction.shapes.rims import (
-    base_of,
-    has_a_rim,
-    rim_of,
-    top_of,
-)
-from physagent_studio.reconstruction.switches import at_work
 
 _ORDER = {"top": 0, "upper": 0, "topmost": 0, "uppermost": 0, "first": 1, "second": 2, "third": 3}
 _ORDER |= {"middle": 10, "centre": 10, "center": 10, "fourth": 4, "fifth": 5, "sixth": 6}
@@ -34,8 +26,7 @@ class Stance:
 
     box: (x0, y0, x1, y1). foot: middle of its lowest part. on: the object that it stands on,
     seen directly under it. over: the object below it across a gap. aloft: the words say that
-    it hangs or floats. leans: they say that it leans. rim: the level circle that ends it above,
-    where name and outline show one. disc: likewise the one that it stands on.
+    it hangs or floats. leans: they say that it leans.
     """
 
     name: str
@@ -45,8 +36,6 @@ class Stance:
     over: str | None = None
     aloft: bool = False
     leans: bool = False
-    rim: Disc | None = None
-    disc: Disc | None = None
 
     @property
     def width(self) -> int:
@@ -74,20 +63,9 @@ def read(masks: Mapping[str, BoolArray], told: SceneHints = TOLD_NOTHING) -> dic
         foot = foot_of(mask)
         on = _directly_below(name, mask, masks)
         over = None if on else _across_gap(name, box, masks)
-        rim, disc = _discs(name, mask)
         aloft, leans = name in told.aloft, name in told.leaning
-        found[name] = Stance(name, box, foot, on, over, aloft, leans, rim, disc)
+        found[name] = Stance(name, box, foot, on, over, aloft, leans)
     return {**found, **_named_stacks(found)}
-
-
-def _discs(name: str, mask: BoolArray) -> tuple[Disc | None, Disc | None]:
-    """The level circles that end a thing above and below, where name and outline show them."""
-    if not at_work("rims"):
-        return None, None
-    rim = rim_of(mask) if has_a_rim(name) else None
-    if not is_disc(name):
-        return rim, None
-    return rim or top_of(mask), base_of(mask)
 
 
 def _named_stacks(found: Mapping[str, Stance]) -> dict[str, Stance]:

@@ -83,11 +83,9 @@ class Sighting:
         if state.horizon is not None:
             return camera_cues.Horizon(state.horizon, 1.0, focal, roll)
         level = Levelled(self.look.size, roll or roll_of(self.look.found, self.look.size))
-        stances = self.look.stances.values()
         circles = [camera_cues.Disc(level.row((e.x, e.y)), e.flatness) for e in self.shown.circles]
-        circles += [disc for s in stances for disc in (s.rim, s.disc) if disc is not None]
         found = camera_cues.estimate(
-            level.image(self.look.image),
+            self.look.size,
             self.look.found,
             self._standing(state, level),
             [level.row(profile.toe) for profile in self.profiles.values()],

@@ -18,7 +18,6 @@ from physagent_studio.reconstruction.photo.line_segments import segments
 from physagent_studio.reconstruction.shapes.creases import Creases
 from physagent_studio.reconstruction.shapes.forms import forms
 from physagent_studio.reconstruction.shapes.primitives import Base
-from physagent_studio.reconstruction.shapes.rims import base_of, top_of
 from physagent_studio.reconstruction.shapes.silhouettes import look, silhouette
 from physagent_studio.reconstruction.supports.stances import foot_of, read
 
@@ -73,7 +72,7 @@ def test_boxes_that_are_turned_give_pitch_and_focal_length(pitch, focal):
     found = segments(image)
     angles = edges_by_thing(found, SIZE, masks)
     assert len(angles) == len(BOXES)
-    horizon = cues.estimate(image, found, [], angles=angles)
+    horizon = cues.estimate(SIZE, found, [], angles=angles)
     seen = math.degrees(math.atan2(SIZE[1] / 2 - horizon.row, horizon.focal))
     assert seen == pytest.approx(pitch, abs=2.0)
     assert horizon.focal == pytest.approx(focal, rel=0.1)
@@ -100,7 +99,7 @@ def test_round_things_change_nothing():
     found = segments(image)
     assert len(found.length) > 0
     assert edges_by_thing(found, SIZE, masks) == []
-    assert cues.estimate(image, found, [], angles=[]) == cues.estimate(image, found, [])
+    assert cues.estimate(SIZE, found, [], angles=[]) == cues.estimate(image.shape[1::-1], found, [])
 
 
 def test_a_known_focal_length_is_kept():
@@ -108,23 +107,9 @@ def test_a_known_focal_length_is_kept():
     image, masks = _boxes(camera)
     found = segments(image)
     angles = edges_by_thing(found, SIZE, masks)
-    assert cues.estimate(image, found, [], focal=700.0, angles=angles).focal == pytest.approx(700)
-
-
-@pytest.mark.parametrize(("pitch", "x"), [(8, 0.0), (25, -0.4), (50, 0.25)])
-def test_the_base_of_a_can_says_how_steeply_it_is_seen(pitch, x):
-    camera = _camera(pitch, 600)
-    y = 1.2 * math.cos(math.radians(pitch))
-    points, faces = _placed(Cylinder(radius=0.06, height=0.18), (x, y, 0.09))
-    mask = silhouette(camera, points, faces)
-    disc, cap = base_of(mask), top_of(mask)
-    assert disc is not None
-    assert not disc.either
-    seen = math.degrees(math.atan2(camera.position[2], math.hypot(x, y)))
-    assert math.degrees(math.asin(disc.flatness)) == pytest.approx(seen, abs=4.0)
-    assert cap is None or cap.row < disc.row
-    ball = silhouette(camera, *_placed(Sphere(radius=0.1), (x, y, 0.1)))
-    assert base_of(ball) is None
+    assert cues.estimate(
+        image.shape[1::-1], found, [], focal=700.0, angles=angles
+    ).focal == pytest.approx(700)
 
 
 def test_what_is_said_to_lean_is_not_upright():
@@ -172,5 +157,5 @@ def test_without_cues_the_lens_is_a_normal_one():
     assert cues.usual_focal((2400, 3600)) == pytest.approx(5000, rel=0.001)
     bare = np.full((480, 720, 3), 128, np.uint8)
     alone = cues.Standing(300.0, 60.0, 0.1, 0.2, "floor")
-    found = cues.estimate(bare, segments(bare), [alone])
+    found = cues.estimate((720, 480), segments(bare), [alone])
     assert found.focal == pytest.approx(cues.usual_focal((720, 480)), rel=0.15)

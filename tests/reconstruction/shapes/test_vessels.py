@@ -23,7 +23,6 @@ from physagent_studio.program.scene.state import (
 from physagent_studio.reconstruction import photo_hash, reconstruct
 from physagent_studio.reconstruction.shapes.forms import Form
 from physagent_studio.reconstruction.shapes.meshes import mesh_of, volume_and_centre
-from physagent_studio.reconstruction.shapes.rims import has_a_rim, rim_of
 from physagent_studio.reconstruction.shapes.silhouettes import silhouette
 from physagent_studio.reconstruction.shapes.vessels import opened
 from physagent_studio.records.case import Case
@@ -145,19 +144,3 @@ def test_a_vessel_that_is_a_support_holds_what_falls_into_it(name):
     end = simulate(program([ball], [ground(), found], seconds=1.5)).positions[-1][0]
     assert np.hypot(end[0] - place[0], end[1] - place[1]) < true_edges[:2].min() / 2
     assert 0.025 < end[2] < 0.025 + true_edges[2]
-
-
-def test_a_rim_says_how_steeply_it_is_seen():
-    for name, shape in list(BASINS.items())[:2]:
-        mask, _ = _drawn(shape, (0.05, 0.8))
-        rim = rim_of(mask)
-        assert has_a_rim(name)
-        assert rim is not None
-        pitch = np.arctan2(CAMERA.size[1] / 2 - CAMERA.horizon, CAMERA.focal)
-        seen = pitch + np.arctan2(rim.row - CAMERA.size[1] / 2, CAMERA.focal)
-        assert np.degrees(np.arcsin(rim.flatness)) == pytest.approx(np.degrees(seen), abs=2.0)
-    ball, _ = _drawn(Sphere(radius=0.1), (0.05, 0.8))
-    box, _ = _drawn(BASINS["green_tray"], (0.05, 0.8))
-    assert rim_of(ball) is None
-    assert rim_of(box) is None
-    assert not has_a_rim("ball")

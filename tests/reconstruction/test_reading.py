@@ -15,10 +15,10 @@ from physagent_studio.reconstruction.camera import estimate as cues
 from physagent_studio.reconstruction.camera.scale import Measured, solve
 from physagent_studio.reconstruction.photo.ellipses import level_circles
 from physagent_studio.reconstruction.photo.line_segments import segments
+from physagent_studio.reconstruction.supports.clicked import marked_ramp
 from physagent_studio.reconstruction.supports.ramps import (
     find_profile,
     place_ramp,
-    three_click_ramp,
 )
 from physagent_studio.reconstruction.supports.stances import read
 from physagent_studio.reconstruction.survey.frames import find_frame
@@ -141,7 +141,8 @@ def test_ramp_from_three_clicks():
     side = np.array([-math.sin(0.3), math.cos(0.3), 0]) * -0.2
     toe = np.array(truth.toe) + side
     pixels = camera.project(np.array([toe, toe + ahead, toe + ahead + [0, 0, 0.3]]))[0]
-    found = three_click_ramp(camera, [tuple(p) for p in pixels])
+    toe, foot, top = (tuple(p) for p in pixels)
+    found = marked_ramp(camera, [toe], [foot], top)
     assert found is not None
     assert math.atan2(found.rise, found.run) == pytest.approx(math.atan2(0.3, 0.8), abs=1e-6)
     assert found.run == pytest.approx(0.8, rel=1e-6)

@@ -35,7 +35,7 @@ from physagent_studio.reconstruction.masks.segmenter import EmbeddedSegmenter, c
 from physagent_studio.reconstruction.photo.regions import iou
 from physagent_studio.reconstruction.shapes.meshes import ramp_corners
 from physagent_studio.reconstruction.shapes.silhouettes import in_world
-from physagent_studio.reconstruction.supports.ramps import three_click_ramp
+from physagent_studio.reconstruction.supports.clicked import marked_ramp
 from physagent_studio.records.case import Case, Image
 from physagent_studio.records.scene import Scene
 
@@ -202,7 +202,8 @@ def _ramps() -> list[Row]:
         )
         near = ramp_corners(truth)[0]
         pixels = camera.project(near[:3])[0] + rng.normal(0, 1.0, (3, 2))
-        found = three_click_ramp(camera, [(float(x), float(y)) for x, y in pixels])
+        toe, foot, top = ((float(x), float(y)) for x, y in pixels)
+        found = marked_ramp(camera, [toe], [foot], top)
         if found is not None:
             errors.append(abs(math.degrees(math.atan2(found.rise, found.run) - slope)))
     return [at_most("ramp slope from three clicks, median", float(np.median(errors)), 1.0, "°")]

@@ -24,7 +24,7 @@ from physagent_studio.reconstruction.camera.scale import FLOOR
 from physagent_studio.reconstruction.photo.line_segments import Segments
 from physagent_studio.reconstruction.photo.regions import BoolArray
 from physagent_studio.reconstruction.supports import clicked as clicked_supports
-from physagent_studio.reconstruction.supports.ramps import place_ramp, three_click_ramp
+from physagent_studio.reconstruction.supports.ramps import place_ramp
 from physagent_studio.reconstruction.supports.seen_ends import Shown, to_seen_ends
 from physagent_studio.reconstruction.supports.slabs import fit_slab
 from physagent_studio.reconstruction.supports.snapping import snapped
@@ -99,7 +99,7 @@ def _shape(
         return _wall(read.camera, clicks)
     if kind == "ramp":
         if len(clicks) == 3:
-            return three_click_ramp(read.camera, clicks)
+            return clicked_supports.marked_ramp(read.camera, clicks[:1], clicks[1:2], clicks[2])
         if support.name in read.flights:
             return read.flights[support.name].ramp(read.camera.position[2])
         if support.name in read.blocks:

@@ -171,7 +171,7 @@ def shape_of(
     marked = support.grounding.marked
     kind = support_kind(support.name)
     if kind == "ramp" and marked("toe") and marked("top"):
-        return _ramp(camera, marked("toe"), marked("foot"), marked("top")[-1], marked("end"))
+        return marked_ramp(camera, marked("toe"), marked("foot"), marked("top")[-1], marked("end"))
     if kind == "slab" and len(marked("top")) >= 3:
         return _slab(camera, marked("top"), top, thickness)
     if kind == "wall" and len(marked("foot")) == 2:
@@ -179,14 +179,16 @@ def shape_of(
     return None
 
 
-def _ramp(
+def marked_ramp(
     camera: Camera,
     toes: Sequence[Pixel],
     feet: Sequence[Pixel],
     top: Pixel,
-    ends: Sequence[Pixel],
+    ends: Sequence[Pixel] = (),
 ) -> Ramp | None:
-    """The slope in the upright plane through toe and foot, else in one that faces the camera."""
+    """A ramp by its toe, the foot below its top, its top, and the end of the flat part behind.
+
+    The slope in the upright plane through toe and foot, else in one that faces the camera."""
     ground = on_plane(camera, [*toes, *feet], 0.0)
     if not np.isfinite(ground).all():
         return None

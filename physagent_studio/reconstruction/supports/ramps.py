@@ -165,30 +165,6 @@ def place_ramp(camera: Camera, profile: Profile, width: float | None = None) -> 
     return Ramp(toe=place, yaw=yaw, run=run, rise=rise, width=across, plateau=plateau)
 
 
-def three_click_ramp(camera: Camera, clicks: Sequence[tuple[float, float]]) -> Ramp | None:
-    """The ramp from its toe, the foot below its top, and its top, all on one side of it."""
-    ground = on_plane(camera, clicks[:2], 0.0)
-    if not np.isfinite(ground).all():
-        return None
-    toe, foot = ground
-    ahead = foot - toe
-    run = float(np.hypot(ahead[0], ahead[1]))
-    if run < 1e-3:
-        return None
-    normal = np.cross(ahead / run, (0.0, 0.0, 1.0))
-    top = on_upright_through(camera, clicks[2:3], toe, normal)[0]
-    rise = float(top[2])
-    if not math.isfinite(rise) or rise < 1e-3:
-        return None
-    width = 0.4 * run
-    back = normal if normal[1] > 0 else -normal
-    place = toe + back * width / 2
-    yaw = math.atan2(ahead[1], ahead[0])
-    return Ramp(
-        toe=(float(place[0]), float(place[1]), 0.0), yaw=yaw, run=run, rise=rise, width=width
-    )
-
-
 def height_at(ramp: Ramp, x: float, y: float) -> float | None:
     """Height of the ramp's surface under a world place, m; None beside it."""
     ahead = (x - ramp.toe[0]) * math.cos(ramp.yaw) + (y - ramp.toe[1]) * math.sin(ramp.yaw)

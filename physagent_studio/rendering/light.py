@@ -13,6 +13,16 @@ _AMBIENT = 0.70
 _LOWEST, _HIGHEST = 0.75, 1.20
 
 
+def linear_of(srgb: FloatArray) -> FloatArray:
+    """sRGB 0 … 1 as linear light (IEC 61966-2-1)."""
+    return np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)
+
+
+def srgb_of(linear: FloatArray) -> FloatArray:
+    """Linear light 0 … 1 as sRGB."""
+    return np.where(linear <= 0.0031308, linear * 12.92, 1.055 * linear ** (1 / 2.4) - 0.055)
+
+
 def lambert(cosine: FloatArray, ambient: float = _AMBIENT) -> FloatArray:
     """Brightness at this cosine between normal and light; 1 where it falls straight on.
 

@@ -22,6 +22,7 @@ from physagent_studio.records.scene import Scene
 from physagent_studio.rendering.batch import corner_normals
 from physagent_studio.rendering.compositor import Compositor
 from physagent_studio.rendering.frame import Frame, Picture, Surface
+from physagent_studio.rendering.light import linear_of, srgb_of
 from physagent_studio.rendering.raster import FloatArray, between
 
 SAMPLES = 16
@@ -321,15 +322,8 @@ def _rgb(values: FloatArray) -> dict[str, Any]:
     return {"type": "rgb", "value": [float(value) for value in values]}
 
 
-def _decoded(grey: FloatArray) -> FloatArray:
-    """sRGB 0 … 1 as linear light (IEC 61966-2-1)."""
-    return np.where(grey <= 0.04045, grey / 12.92, ((grey + 0.055) / 1.055) ** 2.4)
-
-
-_LINEAR = _decoded(np.arange(256) / 255)
+_LINEAR = linear_of(np.arange(256) / 255)
 
 
 def _encoded(light: FloatArray) -> Picture:
-    light = np.clip(light, 0, 1)
-    grey = np.where(light <= 0.0031308, 12.92 * light, 1.055 * light ** (1 / 2.4) - 0.055)
-    return (255 * grey + 0.5).astype(np.uint8)
+    return (255 * srgb_of(np.clip(light, 0, 1)) + 0.5).astype(np.uint8)

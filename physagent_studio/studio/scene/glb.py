@@ -17,9 +17,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from physagent_studio.arrays import FloatArray
 from physagent_studio.exchange.gltf import INDICES, UNLIT, VERTICES, GltfWriter
 from physagent_studio.records import Image, Mesh
+from physagent_studio.rendering.light import linear_of, srgb_of
 from physagent_studio.rendering.lit import vertex_light
 
 # sRGB to ACES and back; the rows of Hill's fit.
@@ -33,20 +33,12 @@ _BRIGHTEST = 0.92  # linear; beyond it the inverse grows without bound and 8 bit
 EXPOSURE = 1 / 0.6
 
 
-def _linear(srgb: FloatArray) -> FloatArray:
-    return np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)
-
-
-def _srgb(linear: FloatArray) -> FloatArray:
-    return np.where(linear <= 0.0031308, linear * 12.92, 1.055 * linear ** (1 / 2.4) - 0.055)
-
-
 def before_film_curve(image: Image) -> tuple[Image, float]:
     """(h, w, 3) uint8 sRGB → the picture and the strength whose film curve is that image.
 
     The strength multiplies linear light, so that highlights above 1 fit into 8 bits.
     """
-    wanted = np.minimum(_linear(image.reshape(-1, 3) / 255.0), _BRIGHTEST)
+    wanted = np.minimum(linear_of(image.reshape(-1, 3) / 255.0), _BRIGHTEST)
     bent = wanted @ np.linalg.inv(_OUT).T
     # Solves (v² + p·v − q) / (r·v² + s·v + t) = bent for v ≥ 0.
     a = 1 - 0.983729 * bent
@@ -55,7 +47,7 @@ def before_film_curve(image: Image) -> tuple[Image, float]:
     light = (-b + np.sqrt(np.maximum(b * b - 4 * a * c, 0))) / (2 * a)
     light = np.maximum(light @ np.linalg.inv(_IN).T / EXPOSURE, 0)
     strength = max(float(np.quantile(light, 0.999)), 1.0) if light.size else 1.0
-    packed = np.clip(_srgb(np.minimum(light / strength, 1)) * 255 + 0.5, 0, 255)
+    packed = np.clip(srgb_of(np.minimum(light / strength, 1)) * 255 + 0.5, 0, 255)
     return packed.astype(np.uint8).reshape(image.shape), strength
 
 
@@ -121,7 +113,7 @@ def _unlit(strength: float) -> dict[str, object]:
 
 
 def _lit(color: tuple[int, int, int]) -> dict[str, object]:
-    linear = _linear(np.array(color) / 255.0)
+    linear = linear_of(np.array(color) / 255.0)
     return {
         "pbrMetallicRoughness": {
             "baseColorFactor": [*map(float, linear), 1],

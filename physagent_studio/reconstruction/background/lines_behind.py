@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import Ramp, Slab, Support
 from physagent_studio.reconstruction.background.corners_behind import corners
-from physagent_studio.reconstruction.background.edges_onward import onward
 from physagent_studio.reconstruction.photo.line_segments import Segments
 from physagent_studio.reconstruction.photo.regions import BoolArray, grow
 from physagent_studio.reconstruction.shapes.meshes import ramp_corners
@@ -44,10 +43,9 @@ def lines_through(
 ) -> FloatArray:
     """Lines (N, 2, 2), pixels, that join two edges of the picture across the hole (H, W).
 
-    Edges that go on straight are joined first, then those found again where they come out, then
-    those that meet in a corner. whole: (H, W) all that is filled in, of which the hole is a part:
-    the lines begin beside it where their edges are seen there. known: (M, 2, 2) lines on which no
-    edge meets another one.
+    Edges that go on straight are joined first, then those that meet in a corner. whole: (H, W)
+    all that is filled in, of which the hole is a part: the lines begin beside it where their edges
+    are seen there. known: (M, 2, 2) lines on which no edge meets another one.
     """
     ends, ways = _heading_in(hole, found)
     if not len(ends):
@@ -71,13 +69,8 @@ def lines_through(
             taken |= {i, j}
             out.append((ends[i], ends[j]))
     lengths = _lengths(ends, found)
-    rest = np.array([k for k in range(len(ends)) if k not in taken], int)
-    straight = np.zeros((0, 2, 2))
-    if at_work("edges onward"):
-        straight = onward(photo, ends[rest], ways[rest], lengths[rest], hole)
-    goes_on = (ends[:, None] == straight[None, :, 0]).all(-1).any(1)
     long_ratio = 0.04  # 0.01..0.2: over the longer side, of an edge that is followed to a corner
-    long = (lengths > long_ratio * max(hole.shape)) & ~goes_on
+    long = lengths > long_ratio * max(hole.shape)
     free = [
         k
         for k in np.flatnonzero(long).tolist()
@@ -86,7 +79,7 @@ def lines_through(
     bent = np.zeros((0, 2, 2))
     if at_work("corners behind"):
         bent = corners(photo, ends, ways, free, hole, found)
-    lines = np.concatenate([np.array(out).reshape(-1, 2, 2), straight, bent])
+    lines = np.concatenate([np.array(out).reshape(-1, 2, 2), bent])
     return (
         lines
         if whole is None or not at_work("lines from beside")

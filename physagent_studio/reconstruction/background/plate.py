@@ -16,6 +16,12 @@ from numpy.typing import NDArray
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import Support
 from physagent_studio.reconstruction.background.cast_shadows import shaded
+from physagent_studio.reconstruction.background.edges_through import (
+    drawn,
+    restored,
+    running_in,
+    seen_beside,
+)
 from physagent_studio.reconstruction.background.floor_reflections import mirrored
 from physagent_studio.reconstruction.background.leftovers import leftovers
 from physagent_studio.reconstruction.background.lines_behind import (
@@ -60,17 +66,24 @@ def background(
     faces = None
     if camera is not None and at_work("faces"):
         faces = surfaces(photo, hole_of(masks, photo.shape[:2]), camera, solid)
-    hole = taken_out(photo, masks, faces, rooted)
+    found = None if found is None else with_hues(photo, found)
+    hole, shade = taken_out(photo, masks, faces, rooted)
     if camera is not None and at_work("edges of supports"):
         lines = np.concatenate([lines, edges_of(photo, hole, camera, solid)])
     if found is not None and not hole.all():
-        found = with_hues(photo, found)
         # In shade edges are still seen, so that what runs behind the things themselves ends there.
         things = hole_of(masks, hole.shape)
         for part in (hole, things) if at_work("lines of masks") else (hole,):
             lines = np.concatenate([lines, lines_through(photo, part, found, hole, lines)])
         lines = each_once(lines)
     plate = fill(photo, hole, lines, camera)
+    if found is not None and at_work("edges seen"):
+        things = np.any([*masks, np.zeros_like(hole)], axis=0)
+        kept = seen_beside(photo, things, hole, found) & ~shade
+        plate, hole = restored(photo, plate, kept), hole & ~kept
+    if found is not None and at_work("strokes"):
+        lines = each_once(np.concatenate([lines, running_in(hole, found)]))
+        plate = drawn(photo, plate, hole, lines)
     if inpaint is not None:
         plate = inpaint(plate, _beyond(hole, faces))
     return plate
@@ -86,10 +99,10 @@ def taken_out(
     masks: Sequence[BoolArray],
     faces: NDArray[np.int64] | None = None,
     rooted: Sequence[BoolArray] = (),
-) -> BoolArray:
+) -> tuple[BoolArray, BoolArray]:
     """(H, W) the masked things, what the masks have missed of them, their shade and mirror images.
 
-    faces: (H, W) as `surfaces` gives them. rooted: see `background`.
+    Also the shade by itself. faces: (H, W) as `surfaces` gives them. rooted: see `background`.
     """
     if not at_work("rooted"):
         rooted = ()
@@ -105,21 +118,21 @@ def taken_out(
         # Right below, the foot goes on into the ground, and stays there.
         beside[bounds(mask)[3] if mask.any() else 0 :] = False
         hole |= beside
+    shade = np.zeros_like(hole)
     if not hole.any() or hole.all():
-        return hole
+        return hole, shade
     if at_work("leftovers"):
         beside = leftovers(photo, loose, hole) | (leftovers(photo, rooted, hole) & ~feet)
         hole |= grow(beside, _rim(hole.shape))
     if at_work("floor reflections"):
         hole |= mirrored(photo, loose)
-    if not at_work("cast shadows"):
-        return hole
-    shade = shaded(photo, loose, hole, faces)
-    slit_px = 5  # 0..12: widest slit between a thing and its shade
-    # The darkest shade is a line right at the foot: none of it shall be left between the two.
-    if at_work("slits"):
-        shade |= grow(shade, slit_px) & grow(hole, slit_px)
-    return hole | shade
+    if at_work("cast shadows"):
+        shade = shaded(photo, loose, hole, faces)
+        slit_px = 5  # 0..12: widest slit between a thing and its shade
+        # The darkest shade is a line right at the foot: none of it shall be left between the two.
+        if at_work("slits"):
+            shade |= grow(shade, slit_px) & grow(hole, slit_px)
+    return hole | shade, shade
 
 
 def _feet(rooted: Sequence[BoolArray], shape: tuple[int, ...]) -> BoolArray:

@@ -293,6 +293,6 @@ def test_leaves_that_the_mask_of_a_tree_has_missed_go_with_it_and_its_foot_stays
     leaves = np.array([60.0, 76, 36]) + _noise(5)
     photo = np.where((crown | trunk | spray | tuft)[..., None], leaves, ground)
     mask = crown | trunk
-    hole = taken_out(_rgb(photo), [mask], None, [mask])
+    hole, _ = taken_out(_rgb(photo), [mask], None, [mask])
     assert hole[spray].mean() > 0.6
     assert not hole[tuft & ~hole_of([mask], SHAPE)].any()

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from physagent_studio.program.scene.camera import Camera
-from physagent_studio.reconstruction.background.edges_onward import onward
+from physagent_studio.reconstruction.background.edges_through import drawn, seen_beside
 from physagent_studio.reconstruction.background.lines_behind import lines_through
 from physagent_studio.reconstruction.background.mosaic import bent, bent_price
 from physagent_studio.reconstruction.background.plate import background, hole_of
@@ -54,18 +54,36 @@ def test_edges_of_colour_alone_are_found(beam):
         assert np.ptp(found[upright & (off < 3), :, 1]) > 100
 
 
-def test_an_edge_is_found_again_where_it_comes_out_and_no_other():
-    y, x = np.indices(SHAPE)
-    upper = y < 100 + 0.2 * x
-    photo = _rgb(np.where(upper[..., None], (180.0, 174, 166), (150.0, 140, 130)) + _noise(3))
-    hole = _ball((180, 136), 44)
-    end, way = np.array([128.0, 100 + 0.2 * 128]), np.array([1, 0.2]) / np.hypot(1, 0.2)
-    (line,) = onward(photo, end[None], way[None], np.array([90.0]), hole)
-    assert line[1, 0] > 218
-    assert line[1, 1] == pytest.approx(100 + 0.2 * line[1, 0], abs=2.5)
-    ends_there = photo.copy()
-    ends_there[:, 180:] = photo[20, 180:]
-    assert len(onward(ends_there, end[None], way[None], np.array([90.0]), hole)) == 0
+@pytest.fixture(scope="module")
+def rimmed() -> tuple[np.ndarray, np.ndarray]:
+    """A bare wall (H, W, 3) with a bright line, and a ball (H, W) right above the line."""
+    wall = np.full((*SHAPE, 3), 130.0) + _noise(2)
+    wall[150:153] += 70
+    return wall, _ball((180, 110), 36)
+
+
+def test_an_edge_right_beside_a_thing_stays_and_one_in_its_shade_does_not(rimmed):
+    wall, ball = rimmed
+    hole = hole_of([ball], SHAPE)
+    for dark, stays in ((0, True), (18, False)):
+        photo = wall.copy()
+        photo[hole] -= dark
+        photo[ball] = (200, 30, 30)
+        kept = seen_beside(_rgb(photo), ball, hole, segments(_rgb(photo)))
+        assert kept[hole & (np.indices(SHAPE)[0] == 151)].all() == stays
+        assert not kept[ball].any()
+
+
+def test_an_edge_is_drawn_through_a_fill_that_lost_it_and_not_where_the_fill_is_another(rimmed):
+    wall, _ = rimmed
+    hole = _ball((180, 150), 30)
+    lost = wall.copy()
+    lost[hole] = 130
+    lines = np.array([[[148.0, 151], [212, 151]]])
+    made = drawn(_rgb(wall), _rgb(lost), hole, lines).astype(float)
+    assert np.abs(made - wall)[hole].mean() < 4
+    lost[hole] = 40
+    assert (drawn(_rgb(wall), _rgb(lost), hole, lines)[hole] < 60).all()
 
 
 def test_two_edges_of_a_table_meet_behind_a_thing_though_light_changes_along_it():

@@ -126,7 +126,7 @@ def drawn(photo: Image, plate: Image, hole: BoolArray, lines: FloatArray) -> Ima
         along = np.arange(-2.0, length + 2)
         x, y = _strip(one, way, along, THROUGH.across_px)
         share = np.clip(along / max(length, 1e-9), 0, 1).astype(np.float32)[:, None, None]
-        look = (1 - share) * looks[0] + share * looks[-1]
+        look = np.asarray((1 - share) * looks[0] + share * looks[-1], np.float32)
         below = cv2.remap(out, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
         _lay(out, hole, _change(look, np.asarray(below, np.float32)), one, way)
     return np.where(hole[..., None], np.clip(np.round(out), 0, 255).astype(np.uint8), plate)

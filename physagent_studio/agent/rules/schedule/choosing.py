@@ -144,6 +144,7 @@ def script_for(task: Task) -> Script:
         if scripts.landed_on(task) is not None:
             return scripts.off_what_it_fell_on
     flying = intent.has("kick", "throw", "fly") and not intent.has("roll", "slide")
+    flying |= intent.has("fly") and intent.has("land")
     flying |= _is_higher(task)
     if flying and not intent.has("fly") and _leaves_support(task):
         # "Is kicked off the table" is over its edge, and not out of the picture.

@@ -100,9 +100,11 @@ def land(c: Context) -> list[Spec]:
     else:
         found.append(spec("contacts", c.subject, other=place.name))
     beside = c.frame.place("near")
-    if beside is not None and beside.kind == "object" and is_last(c):
-        near = c.length(2.0, 0.1, 0.6)
-        found.append(spec("stops", c.subject, near=place_name(beside), distance=near))
+    if beside is not None and beside.kind == "object":
+        found.append(spec("contacts", c.subject, other=place_name(beside), negated=True))
+        if is_last(c):
+            near = c.length(2.0, 0.1, 0.6)
+            found.append(spec("stops", c.subject, near=place_name(beside), distance=near))
     if "hard" in c.frame.manner:
         found.append(spec("speed_between", c.subject, low=0.7))
     return [*found, *posture(c)]

@@ -122,8 +122,8 @@ def bent_path(c: Context) -> list[Spec]:
     if c.frame.place("around") is not None:
         # "Drives to the left in a curve around the cone": on either side of it.
         side = "either"
-    if c.frame.path == "curve" and side == "either" and c.frame.sense in FLIGHTS:
-        # Weight bends its way by itself, seen from the side.
+    if c.frame.path == "curve" and c.frame.sense in FLIGHTS:
+        # Weight bends its way by itself, seen from the side: "flies in an arc to the right".
         return []
     return [spec("path_bends", c.subject, side=side, angle=angle)]
 

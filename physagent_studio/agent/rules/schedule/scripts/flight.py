@@ -27,10 +27,7 @@ def through_air(task: Task) -> list[Action]:
         return [_over(task, hurdle.name)]
     target = task.target()
     if target is None:
-        speed = 4.0 if not task.intent.manner("gentle", "slow") else 2.0
-        way = task.way() or "away"
-        force = act.toward_or_along(speed, way=way, elevation=0.0 if way == "up" else 35.0)
-        return [act.push(task.name, force, duration=act.STEPS.kick_steps, label="kick")]
+        return [_off_somewhere(task)]
     layout = task.layout
     distance = task.distance_to(target)
     rise = float(layout.position(place_name(target))[2] - layout.position(task.name)[2])
@@ -49,6 +46,19 @@ def through_air(task: Task) -> list[Action]:
         speed, elevation = mech.launch(distance, rise, seconds * 1.4)
     force = act.toward_or_along(speed, toward=place_name(target), elevation=elevation)
     return [act.push(task.name, force, duration=act.STEPS.kick_steps, label="kick")]
+
+
+def _off_somewhere(task: Task) -> Action:
+    """A kick that way which is said, to come down where it is still seen."""
+    speed, elevation = (4.0 if not task.intent.manner("gentle", "slow") else 2.0), 35.0
+    way = task.way() or "away"
+    room = good_way(task.layout, task.name, WAYS[way])
+    if way == "up":
+        elevation = 0.0
+    elif math.isfinite(room):
+        speed = min(speed, math.sqrt(mech.G * room / math.sin(2 * math.radians(elevation))))
+    force = act.toward_or_along(speed, way=way, elevation=elevation)
+    return act.push(task.name, force, duration=act.STEPS.kick_steps, label="kick")
 
 
 def leap(task: Task) -> list[Action]:

@@ -1,4 +1,4 @@
-"""How two materials meet: our rule for friction and restitution, in MuJoCo's terms."""
+"""A pair's restitution in MuJoCo's terms; how two materials meet is `materials.combine`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Search along one knob, and over two or three together, on the margins of `searching`."""
+"""Search along one knob, and over two or three together, on the margins of `trials`."""
 
 from __future__ import annotations
 

@@ -11,11 +11,10 @@ from numpy.typing import NDArray
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import Floor, SceneState, Wall
 from physagent_studio.records.scene import Mesh
-from physagent_studio.rendering.batch import Batch
 from physagent_studio.rendering.frame import Picture
 from physagent_studio.rendering.light import LIGHT, lambert
-from physagent_studio.rendering.raster import FloatArray, Lens, rasterise
-from physagent_studio.rendering.stage import pixel_rays
+from physagent_studio.rendering.raster import FloatArray, Lens
+from physagent_studio.rendering.stage import pixel_rays, struck
 
 PALETTE: tuple[tuple[int, int, int], ...] = (
     (226, 98, 72),
@@ -99,14 +98,7 @@ def _floor(
 def _solids(
     canvas: FloatArray, depth: FloatArray, meshes: list[Mesh], camera: Camera, lens: Lens
 ) -> None:
-    batch = Batch.of(meshes)
-    if not len(batch.faces):
-        return
-    points = (batch.vertices - camera.position) @ camera.matrix
-    hits = rasterise(points, batch.faces, lens, np.zeros(len(batch.faces), bool))
-    a, b, c = (batch.vertices[batch.faces[:, i]] for i in range(3))
-    normals = np.cross(b - a, c - a)
-    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
+    hits, normals, _ = struck(meshes, camera, lens)
     near = hits.depth < depth[hits.pixel] * (1 + 1e-6)
-    shade: NDArray[np.float64] = lambert(normals @ LIGHT, 0.45)[hits.face[near], None]
+    shade: NDArray[np.float64] = lambert(normals[near] @ LIGHT, 0.45)[:, None]
     canvas[hits.pixel[near]] = _SUPPORT * np.minimum(shade * 1.15, 1.1)

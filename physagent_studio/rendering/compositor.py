@@ -18,10 +18,11 @@ from physagent_studio.rendering.blend import blend_hidden, blend_outlines
 from physagent_studio.rendering.coverage import partial_pixels
 from physagent_studio.rendering.crumbs import Crumbs
 from physagent_studio.rendering.frame import Frame, Picture, Surface
+from physagent_studio.rendering.mirror import Mirror
 from physagent_studio.rendering.raster import FloatArray, Hits, Lens, rasterise
 from physagent_studio.rendering.scenery import Scenery
 from physagent_studio.rendering.skin import Skin
-from physagent_studio.rendering.stage import Stage, planes_depth
+from physagent_studio.rendering.stage import Stage, planes_seen
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -89,6 +90,7 @@ class Compositor:
         self._scenery = Scenery.of(scene, plate, self._batch, world, points, ground, self.lens, lit)
         light = self._scenery.sun.lamp.direction
         self._skin = Skin.of(self._batch, meshes, light, self._rotations, points, self.lens)
+        self._mirror = Mirror.of(scene, self._skin, ground, world) if lit else None
         hits = self._cast(points)
         self._tolerance = self._stage.tolerances(
             hits, self._owner(hits), _radii(self._batch), self._shown(scene, hits)
@@ -115,6 +117,9 @@ class Compositor:
         if as_built:
             standing = lingering = np.zeros(len(self.names))
         backdrop = self._scenery.behind(pose.world, standing, lingering, shadows)
+        if self._mirror is not None and shadows:
+            each = 1 - standing
+            backdrop = self._mirror.drawn(backdrop, pose.world, pose.turned, pose.soft, each)
         colors = self._skin.colors(pose.hits, pose.turned, pose.world if pose.soft else None)
         frame = self._composed(pose, backdrop, colors, standing)
         if pose.hidden.any():
@@ -139,7 +144,7 @@ class Compositor:
     def background_depth(self) -> NDArray[np.float32]:
         """(H, W) depth along the optical axis of supports, ground and walls, m; inf for none."""
         stage = self._stage
-        depth = np.minimum(stage.depth, planes_depth(self._state, stage.origin, stage.rays))
+        depth = np.minimum(stage.depth, planes_seen(self._state, stage.origin, stage.rays)[0])
         return depth.astype(np.float32).reshape(self.lens.height, self.lens.width)
 
     # --- preparation -------------------------------------------------------------------------
@@ -239,14 +244,18 @@ class Compositor:
     ) -> Frame:
         """Objects over the backdrop, with smooth outlines."""
         hits, points = pose.hits, pose.points
-        colors = self._scenery.keep(colors, hits.pixel, self._owner(hits), standing)
+        settled = self._scenery.settled if standing.any() else None
+        if settled is not None:
+            colors = settled.keep(colors, hits.pixel, self._owner(hits), standing)
         canvas = backdrop.copy()
         canvas.reshape(-1, 3)[hits.pixel] = (colors + np.float32(0.5)).astype(np.uint8)
         ids, depth = self._seen(hits)
         partial = partial_pixels(self._batch, points, self.lens, pose.torn)
 
         def photographed(pixel: NDArray[np.int64], index: NDArray[np.int32]) -> NDArray[np.float32]:
-            return self._scenery.shares(pixel, index, standing)
+            if settled is None:
+                return np.zeros(len(pixel), np.float32)
+            return settled.shares(pixel, index, standing)
 
         blend_outlines(canvas, backdrop, ids, depth, self._stage.depth, partial, photographed)
         return Frame(canvas, ids, depth, Surface(hits, points, self._batch.faces, self.lens))

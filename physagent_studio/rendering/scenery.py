@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Self
 
@@ -18,14 +18,7 @@ from physagent_studio.rendering.grid import enlarged, reduced
 from physagent_studio.rendering.raster import FloatArray, Lens
 from physagent_studio.rendering.settled import Settled, apart_from
 from physagent_studio.rendering.shadow import Ground, Shadows
-from physagent_studio.rendering.sun import (
-    CONTACT,
-    DEFAULT,
-    Sun,
-    estimate_sun,
-    shading_around,
-    taken_out,
-)
+from physagent_studio.rendering.sun import CONTACT, DEFAULT, Sun, estimate_sun, shading_around
 
 _VISIBLE = 1 / 300
 _SHADED = 0.3
@@ -69,11 +62,10 @@ class Scenery:
         apart = np.ones(ground.shape, np.float32)
         if lit and photo is not None and photo.shape == plate.shape:
             masks = [scene.masks.get(item.name) for item in scene.state.objects]
-            free = _free(masks, photo.shape[:2])
-            seen = shading_around(photo, free, batch, world, ground)
-            taken = taken_out(seen, photo, plate, ground)
-            sun = estimate_sun(seen, batch, world, ground, taken)
-            sky = contact_light(taken or seen, sun, batch, world, ground)
+            free = free_of(masks, photo.shape[:2])
+            seen = shading_around(photo, plate, free, batch, world, ground)
+            sun = estimate_sun(seen, batch, world, ground)
+            sky = contact_light(seen, sun, batch, world, ground)
             cast = _cast(sun, batch, world, ground, plate.shape)
             settled = Settled.of(photo, plate, masks, cast, batch, points, lens)
             away = apart_from(masks, photo.shape[:2])
@@ -89,26 +81,6 @@ class Scenery:
             none = np.zeros(len(self.lights[0][1].batch.first) - 1)
             return none, none
         return self.settled.weights(points)
-
-    def shares(
-        self, pixel: NDArray[np.int64], owner: NDArray[np.int32], standing: FloatArray
-    ) -> NDArray[np.float32]:
-        """(K,) how much of the photo still holds at pixels of objects; 0 without a photo."""
-        if self.settled is None or not standing.any():
-            return np.zeros(len(pixel), np.float32)
-        return self.settled.shares(pixel, owner, standing)
-
-    def keep(
-        self,
-        colors: NDArray[np.float32],
-        pixel: NDArray[np.int64],
-        owner: NDArray[np.int32],
-        standing: FloatArray,
-    ) -> NDArray[np.float32]:
-        """Colours (K, 3) of objects, the photo's own where they stand as it shows them."""
-        if self.settled is None or not standing.any():
-            return colors
-        return self.settled.keep(colors, pixel, self.shares(pixel, owner, standing))
 
     def behind(
         self, world: FloatArray, standing: FloatArray, lingering: FloatArray, shadows: bool
@@ -165,7 +137,7 @@ def _cast(
     return [np.asarray(enlarged(one, ground.step, shape) > _SHADED) for one in each]
 
 
-def _free(masks: Sequence[NDArray[np.bool_] | None], shape: tuple[int, ...]) -> NDArray[np.bool_]:
+def free_of(masks: Iterable[NDArray[np.bool_] | None], shape: tuple[int, ...]) -> NDArray[np.bool_]:
     """(H, W) where the photo shows no object, nor the soft rim of one."""
     covered = np.zeros(shape, np.uint8)
     for mask in masks:

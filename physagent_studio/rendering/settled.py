@@ -133,9 +133,14 @@ class Settled:
         return np.asarray(share, np.float32)
 
     def keep(
-        self, colors: NDArray[np.float32], pixel: NDArray[np.int64], share: NDArray[np.float32]
+        self,
+        colors: NDArray[np.float32],
+        pixel: NDArray[np.int64],
+        owner: NDArray[np.int32],
+        weights: FloatArray,
     ) -> NDArray[np.float32]:
-        """Drawn colours (K, 3), mixed with the photo by its share."""
+        """Colours (K, 3) of objects, the photo's own where they stand as it shows them."""
+        share = self.shares(pixel, owner, weights)
         if not share.any():
             return colors
         return np.asarray(colors + (self.photo[pixel] - colors) * share[:, None], np.float32)
@@ -188,8 +193,7 @@ def _reasons(
 
 def _away(part: NDArray[np.bool_]) -> NDArray[np.float32]:
     """(H, W) pixels to the nearest place of a part."""
-    away = cv2.distanceTransform((~part).astype(np.uint8), cv2.DIST_L2, 5)
-    return np.asarray(away, np.float32)
+    return np.asarray(cv2.distanceTransform((~part).astype(np.uint8), cv2.DIST_L2, 5), np.float32)
 
 
 def _mirrored(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:

@@ -65,7 +65,9 @@ class Stage:
         rays = pixel_rays(camera, lens)
         names = _solid_names(state, meshes)
         hollow = {item.name for item in state.supports if isinstance(item.shape, Vessel)}
-        depth, solid = _nearest([meshes[n] for n in names], camera, lens)
+        depth, solid = np.full(len(rays), np.inf), np.full(len(rays), -1, np.int16)
+        hits, _, owner = struck([meshes[n] for n in names], camera, lens)
+        depth[hits.pixel], solid[hits.pixel] = hits.depth, owner
         return cls(
             solids=tuple(_solid(n, meshes[n], origin, n in hollow) for n in names),
             depth=depth,
@@ -128,25 +130,23 @@ def pixel_rays(camera: Camera, lens: Lens) -> FloatArray:
     return rays.reshape(-1, 3)
 
 
-def _nearest(
+def struck(
     meshes: list[Mesh], camera: Camera, lens: Lens
-) -> tuple[FloatArray, NDArray[np.int16]]:
-    depth = np.full(lens.width * lens.height, np.inf)
-    solid = np.full(lens.width * lens.height, -1, np.int16)
-    batch, hits = _struck(meshes, camera, lens)
-    depth[hits.pixel] = hits.depth
-    solid[hits.pixel] = batch.face_owner[hits.face]
-    return depth, solid
-
-
-def _struck(meshes: list[Mesh], camera: Camera, lens: Lens) -> tuple[Batch, Hits]:
-    """What the pixels see of meshes in the world frame.
+) -> tuple[Hits, FloatArray, NDArray[np.int32]]:
+    """What the pixels see of meshes in the world frame, the unit normals (K, 3) there, towards the
+    camera, and the meshes (K,).
 
     Without regard to facing, so that the hollow of an open mesh is seen too.
     """
     batch = Batch.of(meshes)
     points = (batch.vertices - camera.position) @ camera.matrix
-    return batch, rasterise(points, batch.faces, lens, np.zeros(len(batch.faces), bool))
+    hits = rasterise(points, batch.faces, lens, np.zeros(len(batch.faces), bool))
+    a, b, c = (batch.vertices[batch.faces[hits.face, i]] for i in range(3))
+    normals = np.cross(b - a, c - a)
+    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
+    away = np.einsum("ki,ki->k", normals, a - camera.position) > 0
+    normals[away] *= -1
+    return hits, normals, batch.face_owner[hits.face]
 
 
 def _covered(
@@ -163,33 +163,26 @@ def _covered(
     return np.where(whole, np.float32(1), 1 - missed)
 
 
-def planes_depth(state: SceneState, origin: FloatArray, rays: FloatArray) -> FloatArray:
-    """Depth of the nearest floor or wall along each ray, inf for none."""
-    depth = np.full(len(rays), np.inf)
-    for normal, offset in _planes(state):
-        depth = np.minimum(depth, _plane_depth(normal, offset, origin, rays))
-    return depth
-
-
-def _planes(state: SceneState) -> list[tuple[FloatArray, float]]:
-    """Unit normal and offset of the floors and walls."""
-    found = []
+def planes_seen(
+    state: SceneState, origin: FloatArray, rays: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Depth of the nearest floor or wall along each ray, inf for none, and its unit normal."""
+    depth, normals = np.full(len(rays), np.inf), np.zeros((len(rays), 3))
     for support in state.supports:
         if isinstance(support.shape, Floor):
-            found.append((np.array([0.0, 0, 1]), support.shape.height))
+            normal, offset = np.array([0.0, 0, 1]), support.shape.height
         elif isinstance(support.shape, Wall):
-            normal = np.array([np.cos(support.shape.yaw), np.sin(support.shape.yaw), 0])
-            found.append((normal, float(normal @ np.array(support.shape.point))))
-    return found
-
-
-def _plane_depth(
-    normal: FloatArray, offset: float, origin: FloatArray, rays: FloatArray
-) -> FloatArray:
-    along = rays @ normal
-    with np.errstate(divide="ignore", invalid="ignore"):
-        distance = (offset - origin @ normal) / along
-    return np.where((along < 0) & (distance > 0), distance, np.inf)
+            yaw = support.shape.yaw
+            normal = np.array([np.cos(yaw), np.sin(yaw), 0])
+            offset = float(normal @ np.array(support.shape.point))
+        else:
+            continue
+        along = rays @ normal
+        with np.errstate(divide="ignore", invalid="ignore"):
+            distance = (offset - origin @ normal) / along
+        nearer = (along < 0) & (distance > 0) & (distance < depth)
+        depth[nearer], normals[nearer] = distance[nearer], normal
+    return depth, normals
 
 
 def _solid(name: str, mesh: Mesh, origin: FloatArray, hollow: bool) -> Solid:
@@ -213,18 +206,10 @@ def _ground(state: SceneState, meshes: Mapping[str, Mesh], camera: Camera, lens:
     size = (-(-lens.width // k), -(-lens.height // k))
     coarse = Lens(*size, lens.focal / k, lens.cx / k, lens.cy / k)
     rays, origin = pixel_rays(camera, coarse), np.array(camera.position, float)
-    batch, hits = _struck(_solid_meshes(state, meshes), camera, coarse)
-    depth, normals = np.full(len(rays), np.inf), np.zeros((len(rays), 3))
-    depth[hits.pixel] = hits.depth
-    a, b, c = (batch.vertices[batch.faces[hits.face, i]] for i in range(3))
-    facing = np.cross(b - a, c - a)
-    facing /= np.maximum(np.linalg.norm(facing, axis=1, keepdims=True), 1e-12)
-    seen = np.einsum("ki,ki->k", facing, rays[hits.pixel])
-    normals[hits.pixel] = np.where(seen[:, None] > 0, -facing, facing)
-    for normal, offset in _planes(state):
-        plane = _plane_depth(normal, offset, origin, rays)
-        normals[plane < depth] = normal
-        depth = np.minimum(depth, plane)
+    hits, facing, _ = struck(_solid_meshes(state, meshes), camera, coarse)
+    depth, normals = planes_seen(state, origin, rays)
+    near = hits.depth <= depth[hits.pixel]
+    depth[hits.pixel[near]], normals[hits.pixel[near]] = hits.depth[near], facing[near]
     with np.errstate(invalid="ignore"):
         points = origin + rays * depth[:, None]
     points[~np.isfinite(depth)] = np.inf

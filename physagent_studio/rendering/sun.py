@@ -1,8 +1,8 @@
 """Where the photo's light comes from, read off the shadows that lie around the objects.
 
-The ground around the objects is compared with a smooth surface fitted to it: what is darker may
-be shadow. Lamps all around the sky are tried; the one whose computed shadow agrees best with
-what is dark is taken, if it agrees well enough, and new shadows fall the same way.
+The ground around the objects is compared with the plate, which is without their shade. Lamps all
+around the sky are tried; the one whose computed shadow agrees best with what is darker is taken,
+if it agrees well enough, and new shadows fall the same way.
 """
 
 from __future__ import annotations
@@ -29,16 +29,16 @@ _TURN = np.pi / 16
 """First step by which the best lamp of the sky is turned, rad."""
 _LOW_HIGH = (0.2, 1.4)
 """Lowest and highest that it stands, rad."""
-_AGREES = 0.6
+_AGREES = 0.45
 """Least correlation between the darkness found and the shadow computed."""
-_AGREE = 0.75
-"""The same, its sum with that of the shade that the plate is without."""
 _LEAST_TAKEN = 60
 """Cells."""
 _AROUND = 3.2
 """How far around an object the ground is looked at, in heights of its top over that ground."""
 _DARKEST = 0.85
-_FAINTEST = 0.04
+_FAINTEST = 0.12
+_DEEP, _LEAST_DEEP = 0.3, 5
+"""In how many of every fourth cell so much of it is blocked, at least: slivers have no colour."""
 _LEAST_CELLS = 200
 
 
@@ -62,82 +62,63 @@ CONTACT = Sun(Lamp(np.array([0.0, 0.0, 1.0]), 0.5, 1.1, 0.25), np.full(3, 0.5), 
 class Shading:
     """The ground around the objects as the photo shades it.
 
-    darkness: (h, w, 3) log of the picture over a smooth surface fitted to the ground, ≤ 0 in
-    shadow, 0 elsewhere. usable: (h, w) where it means something.
+    darkness: (h, w, 3) log of the photo over the plate, ≤ 0 in shadow, 0 elsewhere. usable: (h, w)
+    where the two differ. around: (h, w) ground near the objects, without what they cover.
     """
 
     darkness: NDArray[np.float32]
     usable: NDArray[np.bool_]
+    around: NDArray[np.bool_]
 
 
 def shading_around(
-    picture: Picture, known: NDArray[np.bool_], batch: Batch, world: FloatArray, ground: Ground
-) -> Shading | None:
-    """How a picture (H, W, 3) shades the ground around the objects; None where little is in view.
-
-    known: (H, W) where it is the photo itself. world: (V, 3) vertices at the initial pose.
-    """
-    around = _around(batch, world, ground)
-    return _shading(picture, known, ground, np.asarray(around.any(0)))
-
-
-def taken_out(
-    seen: Shading | None, photo: Picture, plate: Picture, ground: Ground
-) -> Shading | None:
-    """The shade that the plate is without: darkness of the photo over the plate where they differ,
-    0 elsewhere; usable where they differ. None where that is nearly nowhere.
-    """
-    if seen is None:
-        return None
-    differs = (photo != plate).any(-1).astype(np.float32)
-    usable = seen.usable & (reduced(differs, ground.step, ground.shape) > 0.5)
-    if usable.sum() < _LEAST_TAKEN:
-        return None
-    ratio = _tone(photo, ground) - _tone(plate, ground)
-    return Shading(np.where(usable[..., None], np.minimum(ratio, 0), 0).astype(np.float32), usable)
-
-
-def estimate_sun(
-    seen: Shading | None,
+    photo: Picture,
+    plate: Picture,
+    free: NDArray[np.bool_],
     batch: Batch,
     world: FloatArray,
     ground: Ground,
-    taken: Shading | None = None,
-) -> Sun:
-    """The photo's sun, or the usual light where it is unclear.
+) -> Shading | None:
+    """How a photo (H, W, 3) shades the ground around the objects; None where the plate is without
+    hardly any shade, or little ground is in view.
 
-    seen: of the photo where no object is in it; taken: what the plate is without, see `taken_out`.
-    world: (V, 3) initial pose.
+    free: (H, W) where no object is. world: (V, 3) vertices at the initial pose.
     """
-    if seen is None:
+    whole = reduced(free.astype(np.float32), ground.step, ground.shape) > 0.99
+    around = np.asarray(_around(batch, world, ground).any(0)) & whole
+    differs = (photo != plate).any(-1).astype(np.float32)
+    usable = around & (reduced(differs, ground.step, ground.shape) > 0.5)
+    if around.sum() < _LEAST_CELLS or usable.sum() < _LEAST_TAKEN:
+        return None
+    ratio = np.minimum(_tone(photo, ground) - _tone(plate, ground), 0)
+    return Shading(np.where(usable[..., None], ratio, 0).astype(np.float32), usable, around)
+
+
+def estimate_sun(shading: Shading | None, batch: Batch, world: FloatArray, ground: Ground) -> Sun:
+    """The photo's sun, or the usual light where it is unclear. world: (V, 3) initial pose."""
+    if shading is None:
         return DEFAULT
     # Every fourth cell: enough to compare lamps by.
     ground = ground.halved()
-    looked_at = seen.usable[::2, ::2]
+    looked_at = shading.around[::2, ::2]
     everyone = np.ones(len(batch.first) - 1)
     places = _around(batch, world, ground)[:, looked_at]
-    grounds = [seen] if taken is None else [seen, taken]
-    darks = [one.darkness[::2, ::2][looked_at] for one in grounds]
+    darkness, own = shading.darkness[::2, ::2][looked_at], shading.usable[::2, ::2][looked_at]
+    grey = -darkness.mean(-1)
 
     def blocked_by(lamp: Lamp) -> NDArray:
         return Shadows.of(batch, ground, lamp).blocked(world, everyone)[looked_at]
 
-    def agreements(lamp: Lamp) -> list[float]:
-        blocked = blocked_by(lamp)
-        return [_agreement(blocked, -dark.mean(-1), places) for dark in darks]
-
     def agreement(lamp: Lamp) -> float:
-        return sum(agreements(lamp))
+        return _agreement(blocked_by(lamp), grey, places)
 
     best = max(((agreement(lamp), -k, lamp) for k, lamp in enumerate(_sky())), key=lambda x: x[:2])
-    each = agreements(best[2])
-    if each[0] <= _AGREES and (taken is None or best[0] <= _AGREE):
+    if best[0] <= _AGREES:
         return DEFAULT
     lamp = _refined(best[2], best[0], agreement)
-    leads = int(np.argmax(each))
-    own = grounds[leads].usable[::2, ::2][looked_at]
-    strength = _strength(blocked_by(lamp)[own], darks[leads][own])
-    if strength.max() < _FAINTEST:
+    blocked = blocked_by(lamp)[own]
+    strength = _strength(blocked, darkness[own])
+    if strength.max() < _FAINTEST or np.count_nonzero(blocked > _DEEP) < _LEAST_DEEP:
         return DEFAULT
     return Sun(lamp, strength, True)
 
@@ -191,44 +172,10 @@ def _around(batch: Batch, world: FloatArray, ground: Ground) -> NDArray[np.bool_
     return near
 
 
-def _shading(
-    plate: Picture, known: NDArray[np.bool_], ground: Ground, around: NDArray[np.bool_]
-) -> Shading | None:
-    whole = reduced(known.astype(np.float32), ground.step, ground.shape) > 0.99
-    usable = around & whole
-    if usable.sum() < _LEAST_CELLS:
-        return None
-    tone = _tone(plate, ground)
-    y, x = np.mgrid[0 : ground.shape[0], 0 : ground.shape[1]] / max(ground.shape)
-    terms = np.stack([np.ones_like(x), x, y, x * x, x * y, y * y], -1)
-    weight = _weights(terms[usable], tone[usable].mean(-1))
-    smooth = np.zeros((*ground.shape, 3))
-    for channel in range(3):
-        smooth[..., channel] = terms @ _fitted(terms[usable], tone[usable][:, channel], weight)
-    smooth = np.clip(smooth, 0, np.log(255))
-    darkness = np.where(around[..., None], tone - smooth, 0).astype(np.float32)
-    return Shading(darkness, usable)
-
-
 def _tone(picture: Picture, ground: Ground) -> FloatArray:
     """(h, w, 3) log of a picture's colours."""
     small = reduced(picture, ground.step, ground.shape)
     return np.log(np.maximum(cv2.GaussianBlur(small, (0, 0), 0.8), 4.0))
-
-
-def _fitted(terms: FloatArray, values: FloatArray, weight: FloatArray) -> FloatArray:
-    root = np.sqrt(weight)
-    return np.asarray(np.linalg.lstsq(terms * root[:, None], values * root, rcond=None)[0], float)
-
-
-def _weights(terms: FloatArray, values: FloatArray) -> FloatArray:
-    """Weights of a fit that follows the lit ground: what is darker than it counts ever less."""
-    weight = np.ones(len(values))
-    for _ in range(8):
-        rest = values - terms @ _fitted(terms, values, weight)
-        spread = max(1.5 * float(np.median(np.abs(rest))), 0.02)
-        weight = 1 / (1 + (rest / np.where(rest < 0, spread, 2 * spread)) ** 2)
-    return weight
 
 
 def _agreement(blocked: NDArray, dark: NDArray, places: NDArray[np.bool_]) -> float:

@@ -15,17 +15,11 @@ from physagent_studio.rendering.compositor import initial_poses, lens_of
 from physagent_studio.rendering.contact import contact_light
 from physagent_studio.rendering.frame import Picture
 from physagent_studio.rendering.grid import enlarged
+from physagent_studio.rendering.mirror import Mirror
 from physagent_studio.rendering.settled import _reasons
 from physagent_studio.rendering.shadow import Lamp, Shadows
 from physagent_studio.rendering.stage import Stage
-from physagent_studio.rendering.sun import (
-    CONTACT,
-    DEFAULT,
-    Shading,
-    estimate_sun,
-    shading_around,
-    taken_out,
-)
+from physagent_studio.rendering.sun import CONTACT, DEFAULT, Shading
 from tests.rendering.scenes import FLOOR, SIZE, ball, crate, scene_of, table
 
 
@@ -63,14 +57,13 @@ def sunlit(direction, strength=0.5, patch=None):
         photo = (floor * light[..., None]).astype(np.uint8)
     frame = Compositor(bare).frame()
     hole = cv2.dilate((frame.ids >= 0).astype(np.uint8), np.ones((5, 5))) > 0
-    plate = np.where(hole[..., None], floor, photo)
     photo = np.where((frame.ids >= 0)[..., None], frame.rgb, photo)
     masks = {item.name: frame.ids == i for i, item in enumerate(objects)}
     painted = {
         name: Mesh(m.vertices, m.faces, camera.project(world[batch.owner == i])[0], photo)
         for i, (name, m) in enumerate(meshes.items())
     }
-    scene = scene_of(objects, painted, [FLOOR], photo=photo, plate=plate, masks=masks)
+    scene = scene_of(objects, painted, [FLOOR], photo=photo, plate=floor, masks=masks)
     return scene, floor, hole
 
 
@@ -90,26 +83,15 @@ def test_without_shadows_no_sun_is_seen():
     assert Compositor(scene)._scenery.sun is DEFAULT
 
 
-def test_the_plate_tells_the_sun_where_the_ground_is_too_uneven():
+def test_the_sun_is_read_off_uneven_ground_too():
     scene, floor, _ = sunlit((-1.0, 0.1, 0.7))
-    camera = scene.state.camera
     assert scene.photo is not None
-    assert camera is not None
     noise = np.random.default_rng(0).normal(0, 1, (SIZE[1] // 4, SIZE[0] // 4)).astype(np.float32)
     blotched = np.exp(0.55 * cv2.resize(noise, SIZE, interpolation=cv2.INTER_CUBIC))[..., None]
     photo, plate = (
         (one * blotched * 0.4).clip(0, 255).astype(np.uint8) for one in (scene.photo, floor)
     )
-    batch = Batch.of([scene.meshes[o.name] for o in scene.state.objects])
-    ground = Stage.of(scene.state, {}, camera, lens_of(camera)).ground
-    world = batch.placed(*initial_poses(scene))
-    things = np.any(list(scene.masks.values()), axis=0).astype(np.uint8)
-    free = np.asarray(cv2.dilate(things, np.ones((7, 7))) == 0)
-    seen = shading_around(photo, free, batch, world, ground)
-    assert not estimate_sun(seen, batch, world, ground).seen
-    taken = taken_out(seen, photo, plate, ground)
-    assert taken is not None
-    sun = estimate_sun(seen, batch, world, ground, taken)
+    sun = Compositor(replace(scene, photo=photo, plate=plate))._scenery.sun
     assert sun.seen
     assert sun.lamp.direction[0] < -0.6
     assert 0.3 < sun.strength.mean() < 0.7
@@ -145,7 +127,7 @@ def test_shade_fades_as_its_thing_rises():
     assert each[3] < 0.2 * each[0]
 
 
-def test_a_dark_patch_is_no_shadow():
+def test_a_dark_patch_that_the_plate_has_too_is_no_shadow():
     scene, _, _ = sunlit(None, patch=((150, 100), (60, 22), 0))
     assert not Compositor(scene)._scenery.sun.seen
 
@@ -216,7 +198,7 @@ def test_the_shade_at_a_foot_is_as_dark_as_the_photo_shows_it(dark: float):
     blocked = Shadows.of(batch, ground, CONTACT.lamp).blocked(world, np.ones(2))
     seen = np.repeat(np.log(1 - dark * blocked)[..., None], 3, 2).astype(np.float32)
     everywhere = np.ones(ground.shape, bool)
-    shading = Shading(seen, everywhere)
+    shading = Shading(seen, everywhere, everywhere)
     found = contact_light(shading, DEFAULT, batch, world, ground).strength
     assert found == pytest.approx(np.full(3, max(dark, 0.4)), abs=0.05)
     assert contact_light(None, DEFAULT, batch, world, ground) is CONTACT
@@ -240,7 +222,7 @@ def test_a_shadow_stays_while_its_thing_stands_though_another_leaves_from_nearer
     """The crate's shadow falls where the ball is nearer than the crate."""
     scene, floor, _ = sunlit((1.0, 0.25, 0.45))
     assert scene.photo is not None
-    compositor = Compositor(replace(scene, plate=floor))
+    compositor = Compositor(scene)
     assert compositor._scenery.sun.seen
     positions, rotations = initial_poses(scene)
     away = positions + np.array([[-9.0, 0, 0], [0, 0, 0]])
@@ -254,7 +236,6 @@ def test_a_shadow_stays_while_its_thing_stands_though_another_leaves_from_nearer
 
 def test_a_shadow_of_the_photo_gives_way_little_by_little():
     scene, floor, hole = sunlit((-1.0, 0.1, 0.7))
-    scene = replace(scene, plate=floor)
     compositor = Compositor(scene)
     positions, rotations = initial_poses(scene)
     assert scene.photo is not None
@@ -297,3 +278,41 @@ def test_a_shadow_that_two_cast_is_kept_for_the_nearer():
     nowhere = np.zeros(shape, bool)
     far = shadow & (np.arange(60) > 30)
     assert (_reasons([*masks], [shadow, nowhere], shape)[far] == 0).all()
+
+
+def polished(strength):
+    """A ball and a crate on ground that shows them upside down, and a plate that does not."""
+    scene, floor, _ = sunlit(None)
+    shown = replace(scene, photo=floor, plate=floor)
+    compositor = Compositor(shown)
+    place, turned = initial_poses(scene)
+    mirror = Mirror(compositor._skin, compositor._stage.ground, 0.0, strength)
+    world = compositor._batch.placed(place, turned)
+    photo = mirror.drawn(floor, world, turned, False, np.ones(2))
+    things = compositor.frame(as_built=True, shadows=False)
+    photo = np.where((things.ids >= 0)[..., None], things.rgb, photo)
+    return replace(scene, photo=photo, plate=floor)
+
+
+def test_polished_ground_shows_what_moves():
+    compositor = Compositor(polished(0.4))
+    assert compositor._mirror is not None
+    assert compositor._mirror.strength == pytest.approx(0.4, abs=0.08)
+    place, turned = initial_poses(polished(0.4))
+    still = compositor.frame()
+    gone = compositor.frame(place + np.array([[9.0, 0, 0], [0, 0, 0]]), turned)
+    moved = compositor.frame(place + np.array([[0.0, -0.25, 0], [0, 0, 0]]), turned)
+    assert np.abs(still.rgb.astype(int) - polished(0.4).photo).max() <= 1
+    rows, columns = np.nonzero(moved.ids == 0)
+    below = np.zeros(moved.ids.shape, bool)
+    below[rows.max() + 4 : rows.max() + 12, int(columns.mean()) - 3 : int(columns.mean()) + 4] = (
+        True
+    )
+    lost = np.abs(moved.rgb.astype(int) - gone.rgb).mean(-1)
+    assert lost[below].mean() > 8
+
+
+def test_dull_ground_shows_nothing():
+    assert Compositor(polished(0.0))._mirror is None
+    scene, _, _ = sunlit((-1.0, 0.1, 0.7))
+    assert Compositor(scene)._mirror is None

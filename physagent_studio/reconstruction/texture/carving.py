@@ -44,6 +44,11 @@ class PartSettings:
     enough_iou: float = 0.97  # IoU, 0.9..1: with its mask, from which nothing is missing
     # 0.001..0.05: of the mask: smaller parts beside the body are its rough rim
     min_share: float = 0.004
+    # 0.0005..0.05: of the mask: smaller openings are its rim
+    min_open_share: float = 0.002
+    # IoU, 0.9..1, and 0..0.05: with its mask, that is enough or may be lost with the rim left whole
+    rim_iou: float = 0.97
+    max_rim_loss: float = 0.012
     # IoU, 0.6..0.95: with its mask, below which what is laid out deep is mostly openings
     open_iou: float = 0.85
     # IoU, 0..0.1: that a sheet may lose to what is cut open: spokes and wires are too thin for one
@@ -85,10 +90,17 @@ def _cut_open(sight: Sight, item: SceneObject, mesh: Mesh) -> tuple[Mesh, float]
         pixels = sight.camera.project(in_world(item, finer))[0]
         finer = _halved(finer, _across(told, pixels, finer.faces))
     world, mask = in_world(item, finer), sight.mask & sight.free
-    kept = looked_up(told, sight.camera.project(world)[0][finer.faces].mean(axis=1))
-    before, after = (iou(sight.drawn(world, f), mask) for f in (finer.faces, finer.faces[kept]))
+    middles = sight.camera.project(world)[0][finer.faces].mean(axis=1)
+    beside = sight.drawn(world, finer.faces) & ~told
+    wide = grow(_wide_parts(beside, PART.min_open_share * np.count_nonzero(mask)), 2)
+    kept = [looked_up(told, middles), looked_up(told | ~wide, middles)]
+    every = [finer.faces, *(finer.faces[one] for one in kept)]
+    before, after, least = (iou(sight.drawn(world, faces), mask) for faces in every)
+    if least > min(PART.rim_iou, after - PART.max_rim_loss):
+        # Without its rim front and back would come apart.
+        every[1], after = every[2], least
     if after > before + FITTING.min_gain:
-        return replace(finer, faces=finer.faces[kept]), after
+        return replace(finer, faces=every[1]), after
     return mesh, before
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from enum import IntEnum
 
@@ -12,10 +13,11 @@ from numpy.typing import NDArray
 from physagent_studio.arrays import FloatArray
 from physagent_studio.program.rotations import matrix_of
 from physagent_studio.program.scene.camera import Camera
-from physagent_studio.program.scene.state import SceneObject
-from physagent_studio.reconstruction.photo.regions import BoolArray, bounds, grow, shrink
+from physagent_studio.program.scene.state import Inflated, SceneObject
+from physagent_studio.reconstruction.photo.regions import BoolArray, bounds, shrink
 from physagent_studio.reconstruction.texture.block_sides import opposite_sides
 from physagent_studio.reconstruction.texture.hidden_sides import covered_painted
+from physagent_studio.reconstruction.texture.inward import led_inward, nearest, without_features
 from physagent_studio.reconstruction.texture.lighting import unlit
 from physagent_studio.reconstruction.texture.revolved import Around, around
 from physagent_studio.reconstruction.texture.round_bodies import round_textured
@@ -30,8 +32,9 @@ class ProjectionSettings:
     """How wide a rim is not taken from the photo."""
 
     # 0..0.2: over the smaller extent: the outline's outer ring, where others shine through
-    ring_ratio: float = 0.05
-    thin_ring_ratio: float = 0.012  # 0..0.1: the same where what is shown is seen well
+    ring_ratio: float = 0.012
+    # sine, 0..0.4: of face and view, from which on the photo shows a swelling body
+    min_facing_sine: float = math.sin(math.radians(4.0))
     # 0..0.05: over the longer side: of what is carried back along straight sides
     blur_ratio: float = 0.01
 
@@ -47,14 +50,6 @@ class _Look(IntEnum):
     COPIED = 2
     CARRIED = 3
     ACROSS = 4
-
-
-RINGS = {
-    _Look.MIRRORED: PROJECTION.ring_ratio,
-    _Look.CARRIED: PROJECTION.thin_ring_ratio,
-    _Look.ACROSS: PROJECTION.thin_ring_ratio,
-}
-"""The rings that give way to what lies inside of them."""
 
 
 def textured(photo: Image, mask: BoolArray, camera: Camera, item: SceneObject, mesh: Mesh) -> Mesh:
@@ -101,15 +96,22 @@ def _painted(
     for which, (_, places) in elsewhere.items():
         shown = np.where((kind == which)[:, None], places[source] @ turn + place, shown)
     uv = camera.project(shown)[0]
-    for which, ring in RINGS.items():
-        uv[kind == which] = _folded(uv[kind == which], mask, ring)
     edge = np.array([texture.shape[1], texture.shape[0]])
     uv = np.clip(uv - origin, 0.5, edge - 0.5)
-    if (kind == _Look.CARRIED).any():
-        # Single pixels would be drawn out to stripes, or stand for a whole end.
-        calm = cv2.GaussianBlur(texture, (0, 0), PROJECTION.blur_ratio * float(edge.max()))
-        texture = np.hstack([texture, np.asarray(calm, np.uint8)])
-        uv[kind == _Look.CARRIED, 0] += edge[0]
+    own = mask[origin[1] : origin[1] + edge[1], origin[0] : origin[0] + edge[0]]
+    panels = [texture]
+    for which in (_Look.MIRRORED, _Look.CARRIED, _Look.ACROSS):
+        if not (kind == which).any():
+            continue
+        panel = led_inward(texture, own, PROJECTION.ring_ratio)
+        if which == _Look.MIRRORED and _swells(item):
+            panel = without_features(panel, own)
+        if which == _Look.CARRIED:
+            # Single pixels would be drawn out to stripes, or stand for a whole end.
+            panel = cv2.GaussianBlur(panel, (0, 0), PROJECTION.blur_ratio * float(edge.max()))
+        uv[kind == which, 0] += len(panels) * edge[0]
+        panels.append(np.asarray(panel, np.uint8))
+    texture = np.hstack(panels)
     flat = Mesh(vertices, faces, uv, texture)
     return flat if turned is None or whole is None else _joined(flat, whole, turned)
 
@@ -169,54 +171,10 @@ def padded_crop(photo: Image, mask: BoolArray) -> tuple[Image, tuple[int, int]]:
     core = shrink(own, 1)
     thin = own & ~cv2.dilate(core.astype(np.uint8), np.ones((5, 5), np.uint8)).astype(bool)
     core = core | thin
-    source = _nearest(core)
+    source = nearest(core)
     filled = part[source[..., 0], source[..., 1]]
     soft = cv2.GaussianBlur(filled, (0, 0), 1.5)
     return np.where(core[..., None], filled, soft).astype(np.uint8), (left, top)
-
-
-def _folded(pixels: FloatArray, mask: BoolArray, ring: float) -> FloatArray:
-    """Pixels (N, 2) of a mask's outer ring reflected at the ring's inner border.
-
-    ring: its width, as a share of the mask's smaller extent.
-    """
-    x0, y0, x1, y1 = bounds(mask)
-    core = _core(mask, max(1, round(ring * min(x1 - x0, y1 - y0))))
-    if not core.any() or not len(pixels):
-        return pixels
-    nearest = _nearest(core)
-    x = np.clip(pixels[:, 0].astype(int), 0, mask.shape[1] - 1)
-    y = np.clip(pixels[:, 1].astype(int), 0, mask.shape[0] - 1)
-    border = nearest[y, x][:, ::-1] + 0.5
-    outside = ~core[y, x]
-    folded = 2 * border - pixels
-    # Where the outline is narrow the reflection leaves it again: its middle will do.
-    column = np.clip(folded[:, 0].astype(int), 0, mask.shape[1] - 1)
-    row = np.clip(folded[:, 1].astype(int), 0, mask.shape[0] - 1)
-    folded = np.where(core[row, column][:, None], folded, border)
-    return np.where(outside[:, None], folded, pixels)
-
-
-def _core(mask: BoolArray, ring: int) -> BoolArray:
-    """The mask without its outer ring, pixels; of what is narrower than that, its middle."""
-    core = shrink(mask, ring)
-    while ring > 0:
-        # What lies farther from the core than the ring is wide belongs to something narrow.
-        narrow = mask & ~grow(core, ring + 1 + ring // 2)
-        ring //= 2
-        core = core | (shrink(mask, ring) & narrow)
-    return core
-
-
-def _nearest(core: BoolArray) -> NDArray[np.int64]:
-    """(H, W, 2) row and column of the nearest pixel of the core."""
-    _, labels = cv2.distanceTransformWithLabels(
-        (~core).astype(np.uint8), cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL
-    )
-    labels = labels.astype(np.int64)
-    nearest = np.zeros((int(labels.max()) + 1, 2), np.int64)
-    nearest[labels[core]] = np.argwhere(core)
-    return nearest[labels]
 
 
 def _mean_color(photo: Image, mask: BoolArray) -> tuple[int, int, int]:
@@ -225,12 +183,19 @@ def _mean_color(photo: Image, mask: BoolArray) -> tuple[int, int, int]:
 
 
 def _unseen(camera: Camera, item: SceneObject, mesh: Mesh) -> BoolArray:
-    """(F,) which faces look away from the camera."""
+    """(F,) which faces look away from the camera, or hardly at it where a body swells."""
     world = mesh.vertices @ matrix_of(item.rotation).T + np.asarray(item.position)
     a, b, c = (world[mesh.faces[:, k]] for k in range(3))
     normal = np.cross(b - a, c - a)
-    away = ((a + b + c) / 3 - np.asarray(camera.position)) * normal
-    return np.asarray(away.sum(1) >= 0)
+    view = np.asarray(camera.position) - (a + b + c) / 3
+    sine = (view * normal).sum(1)
+    sine /= np.maximum(np.linalg.norm(view, axis=1) * np.linalg.norm(normal, axis=1), 1e-15)
+    return np.asarray(sine <= (PROJECTION.min_facing_sine if _swells(item) else 0.0))
+
+
+def _swells(item: SceneObject) -> bool:
+    """Whether a thing's body swells over its outline, its far side as its near one."""
+    return isinstance(item.shape, Inflated) and not item.shape.straight
 
 
 def _split(
@@ -253,8 +218,9 @@ def _split(
 
 
 def _mirrored(camera: Camera, world: FloatArray, middle: FloatArray) -> FloatArray:
-    """World points mirrored in the upright plane through `middle` that faces the camera."""
+    """World points, those behind the upright plane through `middle` that faces the camera mirrored
+    in it."""
     view = middle - np.asarray(camera.position)
     view[2] = 0.0
     view /= max(float(np.linalg.norm(view)), 1e-9)
-    return world - 2 * ((world - middle) @ view)[:, None] * view
+    return world - 2 * np.maximum((world - middle) @ view, 0)[:, None] * view

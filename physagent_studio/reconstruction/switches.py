@@ -75,7 +75,6 @@ BODIES = {
     "feet": "silhouettes are laid across two feet",
     "stems": "parts beside the body are drawn with it",
     "alike kinds": "things of one name have one kind of form",
-    "alike sizes": "things of one name are equally large",
     "depenetration": "what stands in another is moved away",
     "flats": "what balances on its end gets flats",
     "nudged": "centres of mass are moved over what carries them",

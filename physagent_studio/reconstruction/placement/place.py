@@ -18,10 +18,9 @@ from physagent_studio.program.scene.state import (
 from physagent_studio.reconstruction.camera.rays import (
     on_upright,
 )
-from physagent_studio.reconstruction.grounding.same_kind import alike, kind_name
+from physagent_studio.reconstruction.grounding.same_kind import alike
 from physagent_studio.reconstruction.photo.line_segments import Segments
 from physagent_studio.reconstruction.photo.regions import BoolArray, bounds
-from physagent_studio.reconstruction.placement.alike_sizes import ALIKE, shared_places
 from physagent_studio.reconstruction.placement.bases import (
     base_of,
     is_in_round_stack,
@@ -87,10 +86,6 @@ def place_all(
     agreed = alike({name: {one.kind: one.merit for one in offers[name]} for name in named})
     if at_work("alike kinds") and any(done[name].chosen != kind for name, kind in agreed.items()):
         done = _placed(order, ground, agreed, tick)
-    put = {name: one.item for name, one in done.items()}
-    held = shared_places(order, put, stances, masks, read) if at_work("alike sizes") else {}
-    if held:
-        done = _as_large(order, ground, done, held, tick)
     meshes = {name: one.form.mesh for name, one in done.items()}
     free = frozenset(item.name for item in order if item.position is None)
     bodies = {name: one.item for name, one in done.items()}
@@ -99,27 +94,6 @@ def place_all(
     put = _apart(bodies, {**meshes, **{name: mesh for name, (_, mesh) in pools.items()}}, free)
     placed = tuple(put.get(item.name, item) for item in objects)
     return Placed(placed, meshes, offers)
-
-
-def _as_large(
-    order: Sequence[SceneObject],
-    ground: _Ground,
-    done: dict[str, _One],
-    held: Mapping[str, tuple[float, float]],
-    tick: Callable[[float], None],
-) -> dict[str, _One]:
-    """Like things moved to where they are equally large, where the picture bears it out.
-
-    Where one of them no longer covers its mask, all of its kind stay as they were.
-    """
-    kinds = {name: one.chosen for name, one in done.items()}
-    moved = _placed(order, replace(ground, held=held), kinds, tick)
-    max_loss = 0.03  # IoU, 0..0.2: of its mask, where a thing is made as large as its like
-    lost = {kind_name(n) for n in held if moved[n].form.iou < done[n].form.iou - max_loss}
-    if not lost:
-        return moved
-    kept = {name: spot for name, spot in held.items() if kind_name(name) not in lost}
-    return _placed(order, replace(ground, held=kept), kinds, tick) if kept else done
 
 
 def _apart(
@@ -140,12 +114,13 @@ def _apart(
 
 def _is_level(item: SceneObject) -> bool:
     """Whether it stands or lies as on level ground."""
-    return matrix_of(item.rotation)[2, 2] > ALIKE.min_upward or lies(item.rotation)
+    min_upward = 0.999  # cosine, 0.99..1: of the own axis of what stands level
+    return matrix_of(item.rotation)[2, 2] > min_upward or lies(item.rotation)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Ground:
-    """What is known before objects are placed; see `place_all`. held: places (x, y) to keep."""
+    """What is known before objects are placed; see `place_all`."""
 
     supports: tuple[Support, ...]
     masks: Mapping[str, BoolArray]
@@ -153,7 +128,6 @@ class _Ground:
     read: Survey
     assets: Mapping[str, Mesh]
     ranked: frozenset[str]
-    held: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     found: Segments | None = None
 
 
@@ -229,9 +203,6 @@ def _offers(
     usual = read.usual[item.name]
     if usual.known:
         base = replace(base, longest=(usual.metres, usual.spread))
-    if item.name in ground.held:
-        x, y = ground.held[item.name]
-        base = replace(base, x=x, y=y, hold=1.0)
     tilt = tilt_of(base, shape_of(read.on[item.name], ground.supports), usual.shapes)
     camera = tilt.camera(read.camera) if tilt is not None else read.camera
     if item.shape is None:

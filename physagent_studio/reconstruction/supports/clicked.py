@@ -128,12 +128,11 @@ def on_one_floor(
     measured: Sequence[Measured],
     rises: Mapping[str, float],
     steps: Mapping[str, int] = MappingProxyType({}),
-    loose: Mapping[str, float] = MappingProxyType({}),
 ) -> list[Measured]:
     """Sizes on tops of known rise told for the floor, and the usual heights of those tops.
 
     steps: which of them are the how many-th step of a flight; 0 for boards of a shelf, whose
-    height tells nothing. loose: those whose rise was read from the picture: any table may be low.
+    height tells nothing.
     """
     out = [
         replace(item, plane=FLOOR, units=item.units * (1 - rises[item.plane]))
@@ -151,7 +150,7 @@ def on_one_floor(
                 Measured(name, FLOOR, share, Usual(RISER * steps[name], CLICKED.stair_spread_log))
             )
         elif usual is not None:
-            out.append(Measured(name, FLOOR, share, Usual(usual, 0.4 if name in loose else 0.2)))
+            out.append(Measured(name, FLOOR, share, Usual(usual, 0.2)))
     return out
 
 

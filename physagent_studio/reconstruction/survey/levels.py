@@ -28,18 +28,15 @@ def heights_of(
     blocks: Mapping[str, Block],
     steps: Mapping[str, int],
     shelved: Mapping[str, float],
-    legs: Mapping[str, float],
 ) -> Heights:
     """Metres: the heights of the camera and of all level planes.
 
-    steps: see `on_one_floor`. shelved: boards of a shelf, as shares of the camera's height; legs:
-    likewise what the legs of tables say.
+    steps: see `on_one_floor`. shelved: boards of a shelf, as shares of the camera's height.
     """
     rises = {name: block.size[2] for name, block in blocks.items() if block.kind == "box"}
-    rises = {**legs, **rises}
     rises |= {**clicked_supports.rises_of(state, unit), **shelved}
     measured = clicked_supports.on_one_floor(
-        measured, rises, {**steps, **dict.fromkeys(shelved, 0)}, legs
+        measured, rises, {**steps, **dict.fromkeys(shelved, 0)}
     )
     slabs = {name: top for name, top in _usual_tops(state).items() if name not in rises}
     known = state.camera.position[2] if state.camera is not None else None

@@ -77,7 +77,7 @@ def with_tops(case: Case, state: SceneState, look: Look) -> tuple[Look, dict[str
         ):
             found[support.name] = top
     tops = {name: top.region for name, top in found.items()}
-    return replace(look, regions={**look.regions, **tops}, tops=tops), found
+    return replace(look, regions={**look.regions, **tops}), found
 
 
 def _clicked(state: SceneState, look: Look) -> list[Support]:

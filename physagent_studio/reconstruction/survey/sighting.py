@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
@@ -37,8 +37,8 @@ class Look:
 
     stances: of every object and every support that is an open vessel. masks: (H, W), of both.
     regions: masks of the supports that were clicked. found: straight edges. covered: (H, W)
-    pixels of all objects. offers: all masks of each clicked support, the likeliest first. tops:
-    level tops as their edges bound them. told: what the sentence says of all this.
+    pixels of all objects. offers: all masks of each clicked support, the likeliest first. told:
+    what the sentence says of all this.
     """
 
     image: Image
@@ -48,7 +48,6 @@ class Look:
     found: Segments
     covered: BoolArray
     offers: Mapping[str, Sequence[BoolArray]]
-    tops: Mapping[str, BoolArray] = field(default_factory=dict)
     told: SceneHints = TOLD_NOTHING
 
     @property

@@ -28,7 +28,6 @@ from physagent_studio.reconstruction.supports.standing import (
     standing_on,
     support_under,
 )
-from physagent_studio.reconstruction.supports.table_legs import rises_by_legs
 from physagent_studio.reconstruction.survey.aloft import before_no_ground
 from physagent_studio.reconstruction.survey.landmarks import Shown
 from physagent_studio.reconstruction.survey.levels import heights_of, measured_of
@@ -168,9 +167,7 @@ def _heights(state: SceneState, look: Look, unit: Camera, first: Sighting, seen:
     )
     boards = boards_of(state, look.size[1])
     shelved = shelf_rises(boards, unit, look.stances, seen.on, usual)
-    boarded = {**look.offers, **{name: (mask,) for name, mask in look.tops.items()}}
-    legs = rises_by_legs(state, unit, boarded, look.covered, look.found)
-    return heights_of(state, unit, measured, seen.blocks, seen.steps, shelved, legs)
+    return heights_of(state, unit, measured, seen.blocks, seen.steps, shelved)
 
 
 def _scale(scale: Scale, usual: Mapping[str, Usual]) -> Scale:

@@ -76,6 +76,10 @@ def _is_given(layout: Layout, frame: EventFrame, relation: str, place: Place) ->
         # "Knocks down the tower": what is knocked down, and no place.
         acted_on = len(frame.patient) > 1 and bool(frame.agent or frame.cause)
         return relation in _AMONG or (acted_on and relation in ("down", "over"))
+    here = place.kind != "landmark" and layout.is_known(place_name(place))
+    if relation in ("from", "off") and not here:
+        # "Comes loose from the line": what it hangs by is no thing of the scene.
+        return any(layout.has(n) and layout.carrier(n) is None for n in frame.patient)
     carriers = {layout.ground()}
     for name in (*frame.patient, *frame.agent):
         if layout.has(name):

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from physagent_studio.agent.rules.contract.specs import place_name
 from physagent_studio.agent.rules.scene.measures import Layout
-from physagent_studio.language import Reading
+from physagent_studio.language import Place, Reading
 from physagent_studio.program.scene.state import Grounding
 from physagent_studio.records import Case
 
@@ -47,17 +48,30 @@ def from_nowhere(case: Case, reading: Reading, layout: Layout) -> frozenset[str]
     """
     found: set[str] = set()
     told: set[str] = set()
-    for frame in reading.frames:
+    for index, frame in enumerate(reading.frames):
+        later = reading.frames[index:]
         for name in frame.patient:
             first = name not in told
             told.add(name)
             falls = frame.sense in _FALLS and not frame.agent and not frame.negated
-            if not first or not falls or not layout.has(name) or frame.place("off", "from"):
+            if not layout.has(name) or layout.carrier(name) != layout.ground():
                 continue
-            lies = layout.carrier(name) == layout.ground()
-            if lies and (layout.rolls(name) or _from_unknown(case.prompt, reading)):
+            place = frame.place("off", "from")
+            if place is not None and _is_out_of_scene(place, layout):
+                # "Comes loose from the line and falls down".
+                comes = not frame.negated and not frame.agent
+                falls = comes and any(f.sense in _FALLS and name in f.patient for f in later)
+                found |= {name} if falls else set()
+            elif not first or not falls or place is not None:
+                continue
+            elif layout.rolls(name) or _from_unknown(case.prompt, reading):
                 found.add(name)
     return frozenset(found)
+
+
+def _is_out_of_scene(place: Place, layout: Layout) -> bool:
+    """Whether nothing can fall from a place: it is a mark on the ground, or not there."""
+    return place.kind == "landmark" or not layout.is_known(place_name(place))
 
 
 def _from_unknown(prompt: str, reading: Reading) -> bool:

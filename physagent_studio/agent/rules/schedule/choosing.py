@@ -139,6 +139,9 @@ def script_for(task: Task) -> Script:
     if task.ramp_ahead() is not None:
         return scripts.up_ramp
     if layout.carrier(task.name) is None:
+        left = intent.place("from", "off")
+        if left is not None and left.kind == "landmark" and intent.has("fall", "descend"):
+            return _nothing
         if intent.has("miss") or intent.place("past", senses=("fall", "descend")):
             return scripts.past_what_is_below
         if scripts.landed_on(task) is not None:

@@ -25,6 +25,8 @@ class FeatureSettings:
     max_share: float = 0.05  # 0.005..0.1: larger ones are parts
     max_whole_share: float = 0.06  # 0.01..0.2: of all of them; more are a pattern
     rim_ratio: float = 0.015  # 0..0.05: a spot's soft rim
+    side_ratio: float = 0.08  # 0.02..0.2: from the outline, what is drawn out on a side
+    calm_ratio: float = 0.04  # 0.01..0.1: over which it is made even
 
 
 FEATURES = FeatureSettings()
@@ -62,6 +64,17 @@ def without_features(picture: Image, own: BoolArray) -> Image:
     hole = grow(small[labels], max(2, round(FEATURES.rim_ratio * size)))
     filled = cv2.inpaint(picture, hole.astype(np.uint8), 3, cv2.INPAINT_TELEA)
     return np.asarray(filled, np.uint8)
+
+
+def calmed(picture: Image, own: BoolArray) -> Image:
+    """The picture (h, w, 3) of a thing that is `own` (h, w), even along its outline, where a few
+    pixels are drawn out over all of a side."""
+    x0, y0, x1, y1 = bounds(own)
+    size = min(x1 - x0, y1 - y0)
+    even = cv2.GaussianBlur(picture, (0, 0), max(0.5, FEATURES.calm_ratio * size))
+    away = cv2.distanceTransform(own.astype(np.uint8), cv2.DIST_L2, 5)[..., None]
+    share = np.clip(1 - away / max(FEATURES.side_ratio * size, 1.0), 0, 1)
+    return np.asarray(picture + share * (even.astype(float) - picture) + 0.5, np.uint8)
 
 
 def _folded(pixels: FloatArray, mask: BoolArray, ring: float) -> FloatArray:

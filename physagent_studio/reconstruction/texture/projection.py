@@ -17,7 +17,12 @@ from physagent_studio.program.scene.state import Inflated, SceneObject
 from physagent_studio.reconstruction.photo.regions import BoolArray, bounds, shrink
 from physagent_studio.reconstruction.texture.block_sides import opposite_sides
 from physagent_studio.reconstruction.texture.hidden_sides import covered_painted
-from physagent_studio.reconstruction.texture.inward import led_inward, nearest, without_features
+from physagent_studio.reconstruction.texture.inward import (
+    calmed,
+    led_inward,
+    nearest,
+    without_features,
+)
 from physagent_studio.reconstruction.texture.lighting import unlit
 from physagent_studio.reconstruction.texture.revolved import Around, around
 from physagent_studio.reconstruction.texture.round_bodies import round_textured
@@ -105,7 +110,7 @@ def _painted(
             continue
         panel = led_inward(texture, own, PROJECTION.ring_ratio)
         if which == _Look.MIRRORED and _swells(item):
-            panel = without_features(panel, own)
+            panel = calmed(without_features(panel, own), own)
         if which == _Look.CARRIED:
             # Single pixels would be drawn out to stripes, or stand for a whole end.
             panel = cv2.GaussianBlur(panel, (0, 0), PROJECTION.blur_ratio * float(edge.max()))

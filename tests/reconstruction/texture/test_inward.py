@@ -3,7 +3,7 @@
 import cv2
 import numpy as np
 
-from physagent_studio.reconstruction.texture.inward import led_inward, without_features
+from physagent_studio.reconstruction.texture.inward import calmed, led_inward, without_features
 
 
 def test_the_rim_shows_what_lies_inside_of_it():
@@ -24,3 +24,13 @@ def test_a_face_is_there_once_and_stripes_stay():
     assert np.abs(without_features(face, own)[own].astype(int) - plain[own]).max() < 12
     striped = np.where((x // 8 % 2 == 0)[..., None], (20, 60, 180), plain).astype(np.uint8)
     assert (without_features(striped, own) == striped).all()
+
+
+def test_along_its_outline_a_thing_is_even_and_within_as_it_was():
+    y, x = np.indices((120, 120))
+    away = np.hypot(x - 60, y - 60)
+    striped = np.where((y // 3 % 2 == 0)[..., None], 60, 200) * np.ones((120, 120, 3))
+    calm = calmed(striped.astype(np.uint8), away < 50).astype(float)
+    rim, middle = (away < 50) & (away > 48), away < 40
+    assert calm[rim].std() < 0.6 * striped[rim].std()
+    assert (calm[middle] == striped[middle]).all()

@@ -51,10 +51,10 @@ class Sun:
     seen: bool
 
 
-DEFAULT = Sun(Lamp(LIGHT, 0.35, 2.5), np.full(3, 0.34), False)
+DEFAULT = Sun(Lamp(LIGHT, 0.35, 2.5), np.full(3, 0.48), False)
 """A large soft light from above, where the photo does not tell."""
 
-CONTACT = Sun(Lamp(np.array([0.0, 0.0, 1.0]), 0.5, 1.1, 0.25), np.full(3, 0.5), False)
+CONTACT = Sun(Lamp(np.array([0.0, 0.0, 1.0]), 0.5, 1.1, 0.25), np.full(3, 0.65), False)
 """The sky that an object keeps from the ground it touches."""
 
 

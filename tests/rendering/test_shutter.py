@@ -33,7 +33,7 @@ def test_what_moves_is_drawn_out_along_its_way_and_keeps_its_light(two_things):
     plain = next(render_clip(two_things, rollout, [1]))
     blurred = next(render_clip(two_things, rollout, [1], shutter=1.0))
     later = next(render_clip(two_things, rollout, [2]))
-    changed = np.abs(blurred.rgb.astype(int) - plain.rgb).max(axis=2) > 8
+    changed = np.abs(blurred.rgb.astype(int) - plain.rgb).max(axis=2) > 16
     # Only where the thing is in this frame or comes to by the next, its shadow with it.
     own = (plain.ids == 0) | (later.ids == 0)
     assert np.count_nonzero(changed & own) > 0.6 * np.count_nonzero(changed)

@@ -175,6 +175,14 @@ def test_what_falls_out_of_the_picture_has_been_seen_to_fall() -> None:
     assert not found["moves"].ok
 
 
+def test_what_flies_out_past_a_side_has_a_floor_to_fall_on() -> None:
+    """The floor is in the picture below where it began to fall."""
+    wide = Camera.from_horizon((320, 200), 60.0, 1.0)
+    things = [at(BALL, 0.0, 1.6, support="air")]
+    program = scene_of(things, [go("ball", 3.0, 0, 0)], says("falls"), camera=wide)
+    assert not views(program)["view.inside.ball"].ok
+
+
 # --- readable ------------------------------------------------------------------------------------
 
 

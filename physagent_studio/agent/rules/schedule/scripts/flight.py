@@ -166,9 +166,11 @@ def float_down(task: Task) -> list[Action]:
     steps = round(first / task.clip.step_seconds)
     slow = act.toward_or_along(mech.G - sink, way="up", quantity="acceleration")
     even = act.toward_or_along(mech.G, way="up", quantity="acceleration")
+    # Only until it is there: without its weight it would rise again from the ground.
+    left = round(task.seconds(0.8) / task.clip.step_seconds) - steps
     return [
         act.push(task.name, slow, start=0, duration=steps, label="lift"),
-        act.push(task.name, even, start=steps, duration=task.clip.steps - steps, label="lift_on"),
+        act.push(task.name, even, start=steps, duration=left, label="lift_on"),
     ]
 
 

@@ -154,30 +154,3 @@ def joined(used: Segments, most: int = 40) -> tuple[FloatArray, FloatArray]:
         ends.append([middle + reach[0] * direction, middle + reach[1] * direction])
         lengths.append(float((along[inside, 1] - along[inside, 0]).sum()))
     return np.array(ends).reshape(-1, 2, 2), np.array(lengths)
-
-
-def level_transitions(image: Image) -> list[tuple[float, float]]:
-    """Rows (y, strength) where most columns change colour together: a wall's foot, a shore.
-
-    strength: share of the columns that step there by more than their usual noise.
-    """
-    height = 240
-    small = cv2.resize(image, (64, height), interpolation=cv2.INTER_AREA)
-    lab = cv2.cvtColor(small, cv2.COLOR_RGB2LAB).astype(np.float32)
-    step = np.zeros((height, 64), np.float32)
-    reach = 4
-    for k in range(reach, height - reach):
-        before, after = lab[k - reach : k].mean(0), lab[k : k + reach].mean(0)
-        step[k] = np.linalg.norm(after - before, axis=1)
-    noise = np.maximum(np.median(step, 0) * 3, 6.0)
-    share = (step > noise).mean(1)
-    share = cv2.GaussianBlur(share.reshape(-1, 1).astype(np.float32), (1, 5), 1.0).ravel()
-    found: list[tuple[float, float]] = []
-    scale = image.shape[0] / height
-    while len(found) < 4:
-        k = int(share.argmax())
-        if share[k] < 0.55:
-            break
-        found.append((k * scale, float(share[k])))
-        share[max(0, k - 10) : k + 11] = 0
-    return found

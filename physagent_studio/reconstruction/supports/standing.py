@@ -108,12 +108,8 @@ def lifted(
     on: Mapping[str, str],
     root: Mapping[str, str],
     usual: Mapping[str, Usual],
-    groundless: frozenset[str] = frozenset(),
 ) -> dict[str, str]:
-    """Objects that the picture shows in the air: words say so, or the floor is out of reach.
-
-    groundless: those at whose feet no ground is seen.
-    """
+    """Objects that the picture shows in the air: words say so, or the floor is out of reach."""
     out = dict(on)
     given = {item.name for item in state.objects if item.support is not None}
     for name, stance in stances.items():
@@ -122,7 +118,6 @@ def lifted(
         place = on_plane(unit, [stance.foot], 0.0)[0]
         if (
             stance.aloft
-            or name in groundless
             or not np.isfinite(place).all()
             or (stance.over is not None and _too_large(unit, stances, out, usual, name))
         ):

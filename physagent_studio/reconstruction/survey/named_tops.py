@@ -59,7 +59,7 @@ def with_tops(case: Case, state: SceneState, look: Look) -> tuple[Look, dict[str
     loose = [
         stance
         for name, stance in look.stances.items()
-        if first.on[name] == FLOOR and not stance.aloft and name not in first.groundless
+        if first.on[name] == FLOOR and not stance.aloft
     ]
     found: dict[str, Top] = {}
     for support in named:

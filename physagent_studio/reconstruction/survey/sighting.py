@@ -61,7 +61,6 @@ class Sighting:
     """What the horizon is read from, beside the look itself.
 
     on: what each object stands on. root: the support at the bottom of its stack. usual: sizes.
-    groundless: things around whose foot no ground is seen, though masks say floor.
     """
 
     look: Look
@@ -70,7 +69,6 @@ class Sighting:
     usual: Mapping[str, Usual]
     profiles: Mapping[str, Profile]
     shown: Shown
-    groundless: frozenset[str] = frozenset()
 
     def horizon(self, case: Case, state: SceneState) -> camera_cues.Horizon:
         """The horizon as a person gave it or as the picture shows it."""
@@ -149,7 +147,7 @@ class Sighting:
     def _in_air(self, stance: Stance) -> bool:
         """In the air so far as words and what is seen around the foot can tell."""
         on = self.on[stance.name]
-        return on == AIR or (on == FLOOR and (stance.aloft or stance.name in self.groundless))
+        return on == AIR or (on == FLOOR and stance.aloft)
 
     def _is_ramp(self, state: SceneState, name: str) -> bool:
         support = state.support(name)

@@ -28,7 +28,6 @@ from physagent_studio.reconstruction.supports.standing import (
     standing_on,
     support_under,
 )
-from physagent_studio.reconstruction.survey.aloft import before_no_ground
 from physagent_studio.reconstruction.survey.landmarks import Shown
 from physagent_studio.reconstruction.survey.levels import heights_of, measured_of
 from physagent_studio.reconstruction.survey.sighting import (
@@ -111,9 +110,8 @@ def first_sight(case: Case, state: SceneState, look: Look) -> Sighting:
     profiles = profiles_of(state, look.found, look.size)
     on = standing_on(state, look.stances, look.regions, profiles)
     on = on_boards(boards_of(state, look.size[1]), state, look.stances, on)
-    groundless = before_no_ground(look.image, look.stances, look.covered)
     shown = shown_in(look, state)
-    return Sighting(look, on, _roots(on), usual, profiles, shown, groundless)
+    return Sighting(look, on, _roots(on), usual, profiles, shown)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -146,7 +144,7 @@ def _upon(case: Case, state: SceneState, look: Look, unit: Camera, first: Sighti
         **steps,
     }
     on = on_blocks(unit, state, stances, first.on, blocks, flights)
-    on = lifted(unit, state, stances, on, _roots(on), first.usual, first.groundless)
+    on = lifted(unit, state, stances, on, _roots(on), first.usual)
     under = {
         name: stances[name].over or support_under(stances[name], first.profiles)
         if on[name] == AIR

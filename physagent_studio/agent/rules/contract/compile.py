@@ -17,10 +17,15 @@ from physagent_studio.agent.rules.contract.sequence import (
     matched,
     over_then_on,
 )
-from physagent_studio.agent.rules.contract.specs import SPEC, Context, Spec, any_of, place_name
+from physagent_studio.agent.rules.contract.specs import (
+    SPEC,
+    Context,
+    Spec,
+    any_of,
+)
 from physagent_studio.agent.rules.contract.statements import Statements
 from physagent_studio.agent.rules.contract.untold import untold
-from physagent_studio.agent.rules.scene.measures import Layout
+from physagent_studio.agent.rules.scene.measures import Layout, place_name
 from physagent_studio.language import EventFrame, Place, Reading
 from physagent_studio.language.tokens.vocabulary import words_of
 from physagent_studio.program.contract import Contract

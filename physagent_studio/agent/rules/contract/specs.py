@@ -167,10 +167,3 @@ def sideways(subject: str, layout: Layout) -> tuple[Direction, Direction]:
 def spot_name(relation: str, place: Place) -> str:
     """The name of the spot beside a thing that a program may aim at: `behind_cup`."""
     return f"{relation}_{place.name}"[:64]
-
-
-def place_name(place: Place) -> str:
-    """The name by which statements refer to a place: a part of a support is a landmark."""
-    if place.kind == "support" and place.part:
-        return f"{place.name}_{place.part}"
-    return place.name

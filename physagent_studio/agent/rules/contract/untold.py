@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from physagent_studio.agent.rules.contract.specs import place_name
-from physagent_studio.agent.rules.scene.measures import Layout
+from physagent_studio.agent.rules.scene.measures import Layout, place_name
 from physagent_studio.language import EventFrame, Place, Reading
 from physagent_studio.language.tokens.vocabulary import SHARES
 

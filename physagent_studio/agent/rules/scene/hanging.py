@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from physagent_studio.agent.rules.contract.specs import place_name
-from physagent_studio.agent.rules.scene.measures import Layout
+from physagent_studio.agent.rules.scene.measures import Layout, place_name
 from physagent_studio.language import Place, Reading
 from physagent_studio.program.scene.state import Grounding
 from physagent_studio.records import Case

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from physagent_studio.arrays import FloatArray
+from physagent_studio.language import Place
 from physagent_studio.program.base import DIRECTIONS, Direction
 from physagent_studio.program.preflight.mechanics import mass_of
 from physagent_studio.program.rotations import matrix_of
@@ -318,3 +319,10 @@ def _exit(slab: Slab, position: FloatArray, way: FloatArray) -> float:
         (half[i] * np.sign(along[i]) - own[i]) / along[i] for i in (0, 1) if abs(along[i]) > 1e-9
     ]
     return max(float(min(ways)), 0.0) if ways else math.inf
+
+
+def place_name(place: Place) -> str:
+    """The name by which statements refer to a place: a part of a support is a landmark."""
+    if place.kind == "support" and place.part:
+        return f"{place.name}_{place.part}"
+    return place.name

@@ -7,8 +7,8 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from physagent_studio.agent.rules.contract.specs import place_name, spot_name
-from physagent_studio.agent.rules.scene.measures import WAYS, FloatArray, Layout
+from physagent_studio.agent.rules.contract.specs import spot_name
+from physagent_studio.agent.rules.scene.measures import WAYS, FloatArray, Layout, place_name
 from physagent_studio.agent.rules.schedule.scripts.task import SIDE_WAYS
 from physagent_studio.language import Place, Reading
 from physagent_studio.program.scene.state import Landmark, Ramp, Slab

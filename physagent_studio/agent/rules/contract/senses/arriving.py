@@ -10,9 +10,9 @@ from physagent_studio.agent.rules.contract.specs import (
     Spec,
     any_of,
     before,
-    place_name,
     spec,
 )
+from physagent_studio.agent.rules.scene.measures import place_name
 from physagent_studio.language import Place
 
 

@@ -12,10 +12,10 @@ from physagent_studio.agent.rules.contract.specs import (
     any_of,
     forward,
     over_way,
-    place_name,
     spec,
     ways_of,
 )
+from physagent_studio.agent.rules.scene.measures import place_name
 from physagent_studio.language import EventFrame
 from physagent_studio.program.actions import Direction
 

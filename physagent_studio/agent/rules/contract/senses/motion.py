@@ -24,11 +24,10 @@ from physagent_studio.agent.rules.contract.specs import (
     Spec,
     any_of,
     before,
-    place_name,
     spec,
     ways_of,
 )
-from physagent_studio.agent.rules.scene.measures import level, named_way
+from physagent_studio.agent.rules.scene.measures import level, named_way, place_name
 from physagent_studio.agent.rules.scene.steps import steps_below
 from physagent_studio.program.actions import Direction
 

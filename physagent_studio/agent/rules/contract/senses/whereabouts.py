@@ -8,9 +8,9 @@ from physagent_studio.agent.rules.contract.specs import (
     Context,
     Spec,
     any_of,
-    place_name,
     spec,
 )
+from physagent_studio.agent.rules.scene.measures import place_name
 from physagent_studio.agent.rules.scene.steps import drop, steps_below
 from physagent_studio.language import Place
 from physagent_studio.program.scene.state import Ramp

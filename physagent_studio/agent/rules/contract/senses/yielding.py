@@ -15,9 +15,9 @@ from physagent_studio.agent.rules.contract.specs import (
     any_of,
     apart,
     over_way,
-    place_name,
     spec,
 )
+from physagent_studio.agent.rules.scene.measures import place_name
 from physagent_studio.program.scene.bodies import Cloth
 
 

@@ -7,9 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from physagent_studio.agent.rules.contract.specs import place_name
 from physagent_studio.agent.rules.scene import mechanics as mech
-from physagent_studio.agent.rules.scene.measures import WAYS
+from physagent_studio.agent.rules.scene.measures import WAYS, place_name
 from physagent_studio.agent.rules.schedule import actions as act
 from physagent_studio.agent.rules.schedule.framing import good_way
 from physagent_studio.agent.rules.schedule.scripts.task import Task

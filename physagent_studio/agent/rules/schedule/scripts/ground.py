@@ -7,9 +7,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from physagent_studio.agent.rules.contract.specs import place_name
 from physagent_studio.agent.rules.scene import mechanics as mech
-from physagent_studio.agent.rules.scene.measures import WAYS, FloatArray, Layout, level, unit
+from physagent_studio.agent.rules.scene.measures import (
+    WAYS,
+    FloatArray,
+    Layout,
+    level,
+    place_name,
+    unit,
+)
 from physagent_studio.agent.rules.schedule import actions as act
 from physagent_studio.agent.rules.schedule.framing import free_way, good_way
 from physagent_studio.agent.rules.schedule.paths import arc_length, clearance, free_turn

@@ -8,13 +8,18 @@ from dataclasses import dataclass
 import numpy as np
 
 from physagent_studio.agent.rules.contract.intents import Intent
-from physagent_studio.agent.rules.contract.specs import over_way, place_name, spot_name, ways_of
+from physagent_studio.agent.rules.contract.specs import (
+    over_way,
+    spot_name,
+    ways_of,
+)
 from physagent_studio.agent.rules.scene.measures import (
     WAYS,
     FloatArray,
     Layout,
     level,
     named_way,
+    place_name,
     unit,
 )
 from physagent_studio.agent.rules.scene.steps import steps_below

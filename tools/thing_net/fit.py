@@ -2,9 +2,11 @@
 
     python -m tools.thing_net.fit --pictures 20000:22000 FOLDER     fifty pictures to a file
     python -m tools.thing_net.fit --minutes 95 FOLDER               writes assets/networks
+    python -m tools.thing_net.fit --minutes 70 --further FOLDER     from the weights that are there
 
 Nothing but generated pictures is seen, of seeds that nothing is measured on. Pictures that are
-added to the folder meanwhile are taken in.
+added to the folder meanwhile are taken in. Where other work shares the cores, OMP_NUM_THREADS=1 and
+OPENCV_FOR_THREADS_NUM=1 save nine tenths of the processor time: threads that wait would spin.
 """
 
 from __future__ import annotations
@@ -29,6 +31,10 @@ WIDTHS = (24, 40, 64, 96, 128)
 """Channels at each halving of the canvas."""
 BATCH, RATE, WARM = 16, 3e-3, 200
 """Samples a step, the highest rate of learning, and steps until it is reached."""
+FURTHER = 0.1
+"""Part of that rate with which weights that are there are fitted further."""
+BETWEEN = 900.0
+"""Seconds between two states of the network that are written beside the pictures."""
 KEPT = 0.998
 """Share of the running mean of the weights that stays at a step; that mean is the result."""
 SHARD, RESCAN = 50, 240.0
@@ -91,20 +97,59 @@ def network() -> Any:
     return ThingMap()
 
 
-def fitted(folder: Path, minutes: float) -> Any:
+def written() -> Any:
+    """The network with the weights of `OUT`, in which every norm is part of its convolution."""
+    import onnx
+    import torch
+    from torch import nn
+
+    net, order = network(), list[Any]()
+    for block in [one for one in net.modules() if isinstance(one, nn.Sequential)]:
+        for at, norm in enumerate(block):
+            if isinstance(norm, nn.BatchNorm2d):
+                block[at - 1].bias = nn.Parameter(torch.zeros(norm.num_features))
+                block[at] = nn.Identity()
+    convolutions = [one for one in net.modules() if isinstance(one, nn.Conv2d)]
+    hooks = [one.register_forward_hook(lambda own, *_: order.append(own)) for one in convolutions]
+    net.eval()(_nothing())
+    for hook in hooks:
+        hook.remove()
+    model = onnx.load(str(OUT))
+    held = {one.name: onnx.numpy_helper.to_array(one) for one in model.graph.initializer}
+    done = [node.input[1:3] for node in model.graph.node if node.op_type == "Conv"]
+    for own, (weight, bias) in zip(order, done, strict=True):
+        own.weight.data = torch.from_numpy(held[weight].copy())
+        own.bias.data = torch.from_numpy(held[bias].copy())
+    return net
+
+
+def write(net: Any, out: Path) -> None:
+    """The network as OpenCV reads it."""
+    import torch
+
+    torch.onnx.export(net.eval(), (_nothing(),), str(out), opset_version=13, dynamo=False)
+
+
+def _nothing() -> Any:
+    import torch
+
+    return torch.zeros(1, MAP.canvas_layers, MAP.canvas_px, MAP.canvas_px)
+
+
+def fitted(folder: Path, minutes: float, further: bool = False) -> Any:
     """The running mean of the network's weights after so many minutes."""
     import torch
 
     torch.manual_seed(0)
-    net = network().to(memory_format=torch.channels_last)
-    mean = copy.deepcopy(net)
-    steps = torch.optim.AdamW(net.parameters(), lr=RATE, weight_decay=1e-4)
+    net = (written() if further else network()).to(memory_format=torch.channels_last).train()
+    highest, mean = RATE * (FURTHER if further else 1.0), copy.deepcopy(net)
+    steps = torch.optim.AdamW(net.parameters(), lr=highest, weight_decay=1e-4)
     batches = _batches(folder)
-    start, number = time.monotonic(), 0
+    start, number, saved = time.monotonic(), 0, 1
     while (share := (time.monotonic() - start) / (60 * minutes)) < 1:
-        rate = RATE * min(1.0, (number + 1) / WARM) * (0.5 * (1 + math.cos(math.pi * share)) + 0.01)
+        falling = 0.5 * (1 + math.cos(math.pi * share)) + 0.01
         for group in steps.param_groups:
-            group["lr"] = rate
+            group["lr"] = highest * min(1.0, (number + 1) / WARM) * falling
         loss = _loss(net, *(torch.from_numpy(one) for one in batches.get()))
         steps.zero_grad()
         loss.backward()
@@ -114,6 +159,9 @@ def fitted(folder: Path, minutes: float) -> Any:
         _follow(mean, net, min(KEPT, (1 + number) / (10 + number)))
         if number % 100 == 0:
             print(number, f"{float(loss.detach()):.3f}", flush=True)
+        if time.monotonic() - start > saved * BETWEEN:
+            write(mean, folder / f"after_{round(saved * BETWEEN / 60)}.onnx")
+            saved += 1
     return mean.eval()
 
 
@@ -168,6 +216,8 @@ def main() -> None:
     words.add_argument("folder", type=Path)
     words.add_argument("--pictures", metavar="FIRST:LAST")
     words.add_argument("--minutes", type=float)
+    words.add_argument("--further", action="store_true")
+    words.add_argument("--out", type=Path, default=OUT)
     asked = words.parse_args()
     asked.folder.mkdir(parents=True, exist_ok=True)
     if asked.pictures:
@@ -179,16 +229,7 @@ def main() -> None:
             held = {k: np.stack([getattr(p, k) for p in made]) for k in ("image", "thing", "part")}
             np.savez(asked.folder / str(start), **held, asked=np.array([p.asked for p in made]))
     if asked.minutes:
-        import torch
-
-        net = fitted(asked.folder, asked.minutes)
-        torch.onnx.export(
-            net,
-            (torch.zeros(1, MAP.canvas_layers, MAP.canvas_px, MAP.canvas_px),),
-            str(OUT),
-            opset_version=13,
-            dynamo=False,
-        )
+        write(fitted(asked.folder, asked.minutes, asked.further), asked.out)
 
 
 if __name__ == "__main__":

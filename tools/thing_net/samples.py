@@ -76,6 +76,12 @@ class Sample:
 
 def sample(pictures: Pictures, rng: np.random.Generator) -> Sample:
     """One thing, marked and looked at as a person and the program might."""
+    while (found := _sample(pictures, rng)) is None:
+        pass
+    return found
+
+
+def _sample(pictures: Pictures, rng: np.random.Generator) -> Sample | None:
     drawn = pictures.drawn(rng)
     if rng.random() < BESIDE:
         drawn = _pasted(rng, drawn, pictures.drawn(rng))
@@ -223,8 +229,9 @@ def _degraded(rng: np.random.Generator, mask: Bools) -> Floats:
 
 def _turned(
     rng: np.random.Generator, square: Square, drawn: Drawn, marks: Marks, before: Floats | None
-) -> Sample:
-    """The square mirrored or not, turned a little, in other colours and light."""
+) -> Sample | None:
+    """The square mirrored or not, turned a little, in other colours and light; None where nothing
+    of the thing is left in the picture."""
     angle, mirror = math.radians(rng.normal(0, 6)), -1.0 if rng.random() < 0.5 else 1.0
     cos, sin = math.cos(angle), math.sin(angle)
     turn = np.array([[mirror * cos, -mirror * sin], [sin, cos]])
@@ -237,9 +244,11 @@ def _turned(
     held = cv2.warpAffine(np.ones(mask.shape, np.float32), matrix, size)
     cut = cv2.warpAffine(mask.astype(np.float32), matrix, size)
     was = None if before is None else cv2.warpAffine(before.astype(np.float32), matrix, size)
+    rows, columns = (cut > 0.4).nonzero()
+    if not len(rows):
+        return None
     box = marks.box
     if box is not None:
-        rows, columns = (cut > 0.4).nonzero()
         bounds = (columns.min(), rows.min(), columns.max() + 1, rows.max() + 1)
         box = _box(rng, np.array(bounds, float))
     moved = Marks(_moved(matrix, marks.inside), _moved(matrix, marks.outside), box)

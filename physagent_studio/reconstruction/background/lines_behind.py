@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import Ramp, Slab, Support
-from physagent_studio.reconstruction.background.corners_behind import corners
+from physagent_studio.reconstruction.background.edges_onward import onward
 from physagent_studio.reconstruction.photo.line_segments import Segments
 from physagent_studio.reconstruction.photo.regions import BoolArray, grow
 from physagent_studio.reconstruction.shapes.meshes import ramp_corners
@@ -39,13 +39,12 @@ def lines_through(
     hole: BoolArray,
     found: Segments,
     whole: BoolArray | None = None,
-    known: FloatArray | None = None,
 ) -> FloatArray:
     """Lines (N, 2, 2), pixels, that join two edges of the picture across the hole (H, W).
 
-    Edges that go on straight are joined first, then those that meet in a corner. whole: (H, W)
-    all that is filled in, of which the hole is a part: the lines begin beside it where their edges
-    are seen there. known: (M, 2, 2) lines on which no edge meets another one.
+    Edges that go on straight are joined first, then those found again where they come out. whole:
+    (H, W) all that is filled in, of which the hole is a part: the lines begin beside it where their
+    edges are seen there.
     """
     ends, ways = _heading_in(hole, found)
     if not len(ends):
@@ -69,17 +68,11 @@ def lines_through(
             taken |= {i, j}
             out.append((ends[i], ends[j]))
     lengths = _lengths(ends, found)
-    long_ratio = 0.04  # 0.01..0.2: over the longer side, of an edge that is followed to a corner
-    long = lengths > long_ratio * max(hole.shape)
-    free = [
-        k
-        for k in np.flatnonzero(long).tolist()
-        if k not in taken and (known is None or not _on_one(known, ends[k], ways[k]))
-    ]
-    bent = np.zeros((0, 2, 2))
-    if at_work("corners behind"):
-        bent = corners(photo, ends, ways, free, hole, found)
-    lines = np.concatenate([np.array(out).reshape(-1, 2, 2), bent])
+    rest = np.array([k for k in range(len(ends)) if k not in taken], int)
+    straight = np.zeros((0, 2, 2))
+    if at_work("edges onward"):
+        straight = onward(photo, ends[rest], ways[rest], lengths[rest], hole)
+    lines = np.concatenate([np.array(out).reshape(-1, 2, 2), straight])
     return (
         lines
         if whole is None or not at_work("lines from beside")
@@ -98,15 +91,6 @@ def _from_beside(
         free = np.flatnonzero(_at(closed, back) == 0)
         out[(lines == end).all(-1)] = back[free[0] if len(free) else -1]
     return out
-
-
-def _on_one(lines: FloatArray, end: FloatArray, way: FloatArray) -> bool:
-    """Whether an edge ends on one of the lines (N, 2, 2) and runs along it."""
-    return any(
-        abs(float(way @ (b - a))) > math.cos(LINE.max_bend_rad) * float(np.linalg.norm(b - a))
-        and _along(np.array([a, b]), end[None], LINE.beside_px)
-        for a, b in lines
-    )
 
 
 def each_once(lines: FloatArray) -> FloatArray:

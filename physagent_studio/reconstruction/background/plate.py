@@ -34,7 +34,7 @@ from physagent_studio.reconstruction.background.shift_map import shift, to_level
 from physagent_studio.reconstruction.background.structure import Structure
 from physagent_studio.reconstruction.background.surfaces import SURFACE, surfaces
 from physagent_studio.reconstruction.photo.line_segments import Segments, with_hues
-from physagent_studio.reconstruction.photo.regions import BoolArray, bounds, grow
+from physagent_studio.reconstruction.photo.regions import BoolArray, bounds, grow, shrink
 from physagent_studio.reconstruction.switches import at_work
 from physagent_studio.records.case import Image
 
@@ -74,7 +74,7 @@ def background(
         # In shade edges are still seen, so that what runs behind the things themselves ends there.
         things = hole_of(masks, hole.shape)
         for part in (hole, things) if at_work("lines of masks") else (hole,):
-            lines = np.concatenate([lines, lines_through(photo, part, found, hole, lines)])
+            lines = np.concatenate([lines, lines_through(photo, part, found, hole)])
         lines = each_once(lines)
     plate = fill(photo, hole, lines, camera)
     if found is not None and at_work("edges seen"):
@@ -210,7 +210,19 @@ def hole_of(masks: Sequence[BoolArray], shape: tuple[int, int]) -> BoolArray:
         union |= mask
         if mask.any():
             union |= _contact(mask) if at_work("contact shade") else False
-    return grow(union, _rim(shape))
+    return _without_gaps(grow(union, _rim(shape)), _rim(shape))
+
+
+def _without_gaps(hole: BoolArray, rim: int) -> BoolArray:
+    """The hole (H, W) with what it encloses where that is narrow: panes, and slits in masks."""
+    if not at_work("narrow gaps"):
+        return hole
+    count, labels = cv2.connectedComponents((~hole).astype(np.uint8), connectivity=4)
+    edge = np.concatenate([labels[[0, -1]].ravel(), labels[:, [0, -1]].ravel()])
+    within = ~np.isin(np.arange(count), edge)
+    wide = np.unique(labels[shrink(~hole, rim)])
+    within[[0, *wide]] = False
+    return hole | np.isin(labels, np.flatnonzero(within))
 
 
 def _rim(shape: tuple[int, ...]) -> int:

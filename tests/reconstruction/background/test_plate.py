@@ -92,22 +92,6 @@ def test_edges_of_a_table_are_taken_where_a_person_marked_it_or_where_they_are_s
     assert len(edges_of(drawn, hole, camera, (seen,))) == 1
 
 
-def test_edges_that_meet_behind_a_thing_meet_in_a_corner():
-    y, x = np.indices(SHAPE)
-    table = (y > 60 + 0.3 * np.abs(x - 160)) & (y < 200)
-    truth = np.where(table[..., None], (160.0, 118, 70), (196.0, 190, 180)) + _noise(1.5)
-    mask = _ball((160, 66), 34)
-    photo = _rgb(np.where(mask[..., None], (30, 60, 160), truth))
-    found = segments(photo)
-    lines = lines_through(photo, hole_of([mask], SHAPE), found)
-    assert len(lines) == 2
-    ends = lines.reshape(-1, 2)
-    assert np.linalg.norm(ends - (160, 60), axis=1).min() < 4
-    plate = background(photo, [mask], found=found).astype(float)
-    blue = cv2.GaussianBlur(plate, (0, 0), 1.5)[..., 2]
-    assert ((blue < 125) != table)[mask].mean() < 0.05
-
-
 def test_edges_of_a_ramp_go_on_behind_what_stands_on_it():
     camera = Camera.from_horizon((SHAPE[1], SHAPE[0]), -40, 1.4, focal=300.0)
     ramp = Support(name="ramp", shape=Ramp(toe=(-0.5, 2.0, 0), yaw=0, run=1, rise=0.4, width=0.6))

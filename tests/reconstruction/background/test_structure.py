@@ -5,10 +5,10 @@ import numpy as np
 import pytest
 
 from physagent_studio.program.scene.camera import Camera
+from physagent_studio.reconstruction.background.edges_onward import onward
 from physagent_studio.reconstruction.background.edges_through import drawn, seen_beside
-from physagent_studio.reconstruction.background.lines_behind import lines_through
 from physagent_studio.reconstruction.background.mosaic import bent, bent_price
-from physagent_studio.reconstruction.background.plate import background, hole_of
+from physagent_studio.reconstruction.background.plate import hole_of
 from physagent_studio.reconstruction.background.poisson_blend import joined, sources
 from physagent_studio.reconstruction.background.shift_map import shift, to_level
 from physagent_studio.reconstruction.background.structure import Structure
@@ -86,21 +86,18 @@ def test_an_edge_is_drawn_through_a_fill_that_lost_it_and_not_where_the_fill_is_
     assert (drawn(_rgb(wall), _rgb(lost), hole, lines)[hole] < 60).all()
 
 
-def test_two_edges_of_a_table_meet_behind_a_thing_though_light_changes_along_it():
+def test_an_edge_is_found_again_where_it_comes_out_and_no_other():
     y, x = np.indices(SHAPE)
-    table = y > np.maximum(96 + 0.05 * (200 - x), 96 + 0.30 * (x - 200))
-    light = (1.0 - 0.6 * x / SHAPE[1])[..., None]
-    truth = np.where(table[..., None], (206.0, 170, 120) * light, (112.0, 108, 104) * light)
-    # The far edges are out of focus, and boards lie in the table.
-    truth = cv2.GaussianBlur(truth, (0, 0), 2.5)
-    truth[table & ((y - 0.2 * x).astype(int) % 29 == 0)] *= 0.8
-    mask = _ball((196, 120), 60)
-    photo = _rgb(np.where(mask[..., None], (60, 110, 70), truth + _noise(2)))
-    lines = lines_through(photo, hole_of([mask], SHAPE), segments(photo))
-    assert np.linalg.norm(lines.reshape(-1, 2) - (200, 96), axis=1).min() < 8
-    plate = background(photo, [mask], found=segments(photo)).astype(float)
-    warm = cv2.GaussianBlur((plate[..., 0] - plate[..., 2]) / plate.sum(-1), (0, 0), 2) > 0.1
-    assert (warm != table)[mask].mean() < 0.04
+    upper = y < 100 + 0.2 * x
+    photo = _rgb(np.where(upper[..., None], (180.0, 174, 166), (150.0, 140, 130)) + _noise(3))
+    hole = _ball((180, 136), 44)
+    end, way = np.array([128.0, 100 + 0.2 * 128]), np.array([1, 0.2]) / np.hypot(1, 0.2)
+    (line,) = onward(photo, end[None], way[None], np.array([90.0]), hole)
+    assert line[1, 0] > 218
+    assert line[1, 1] == pytest.approx(100 + 0.2 * line[1, 0], abs=2.5)
+    ends_there = photo.copy()
+    ends_there[:, 180:] = photo[20, 180:]
+    assert len(onward(ends_there, end[None], way[None], np.array([90.0]), hole)) == 0
 
 
 def test_lines_that_lead_on_from_one_another_have_two_sides():

@@ -96,13 +96,15 @@ def reconstruct(
     cancelled: Callable[[], bool] | None = None,
     progress: Callable[[str, float], None] | None = None,
     segmenter: Segmenter | None = None,
+    bodies: Mapping[str, Mesh] | None = None,
     assets: Mapping[str, Mesh] | None = None,
     learned: Learned = NOTHING,
 ) -> Scene:
     """The scene that a picture shows, every open field of `state` filled.
 
     previous: an earlier scene of the same picture; what did not change is taken from it.
-    assets: stored meshes by what `Meshed.asset` names, for objects that a person
+    bodies: meshes of objects of kind `mesh` that came from elsewhere; they are set down on what
+    they stand on. assets: stored meshes by what `Meshed.asset` names, for objects that a person
     has set down beside what the photo shows. learned: models whose masks join the embedded ones,
     and that fill the background where no plane is known. cancelled: asked between steps.
     progress: called with the step's name and 0 … 1.
@@ -119,7 +121,7 @@ def reconstruct(
         return scene_without_photo(state, key, assets or {})
     run = _Run(cancelled, progress, learned)
     asked, state = state, _turned(state)
-    scene = _look(case, case.image, state, previous, segmenter, assets or {}, run)
+    scene = _look(case, case.image, state, previous, segmenter, bodies, assets or {}, run)
     run.at("done", 1.0)
     # What a model that failed was to do was done without it, and is known by that.
     return replace(scene, hash=scene_hash(case, asked, learned.key))
@@ -172,12 +174,13 @@ def _look(
     state: SceneState,
     previous: Scene | None,
     segmenter: Segmenter | None,
+    bodies: Mapping[str, Mesh] | None,
     assets: Mapping[str, Mesh],
     run: _Run,
 ) -> Scene:
     """Every step of a reconstruction in its order; the scene's hash is the caller's."""
     sight = _seen(case, image, state, previous, segmenter, run)
-    done, placed = _put(state, image, sight, previous, assets, run)
+    done, placed = _put(state, image, sight, previous, bodies or {}, run)
     masks, camera = sight.masks, sight.read.camera
     run.at("textures", 0.78)
     bodies = _bodies(sight, placed, assets)
@@ -253,7 +256,7 @@ def _put(
     image: Image,
     sight: _Sight,
     previous: Scene | None,
-    assets: Mapping[str, Mesh],
+    bodies: Mapping[str, Mesh],
     run: _Run,
 ) -> tuple[SceneState, Placed]:
     """Supports, objects and landmarks in their places: the completed state."""
@@ -265,13 +268,15 @@ def _put(
     )
     solid = basins.with_basins(solid, sight.basins, sight.masks, stances, read)
     run.at("objects", 0.55)
+    given = {**(previous.meshes if previous is not None else {}), **bodies}
     placed = place_all(
         state.objects,
         solid,
         {**sight.masks, **sight.basins},
         stances,
         read,
-        assets,
+        given,
+        frozenset(bodies),
         lambda share: run.at("objects", 0.55 + 0.2 * share),
         frozenset(ranked(state, sight.masks, previous)),
         sight.found,

@@ -18,6 +18,7 @@ from physagent_studio.jobs import JobFailed, Limits, shared
 from physagent_studio.program import AddItem, Edit, PhysicalProgram
 from physagent_studio.program.base import free_name
 from physagent_studio.program.scene.state import Meshed, SceneObject
+from physagent_studio.reconstruction.backends.frames import zup_from_yup
 from physagent_studio.reconstruction.backends.mesh_files import (
     MESH,
     UNREADABLE,
@@ -65,10 +66,7 @@ class Form:
 
     def body(self, name: str, longest: float, up: Up) -> Mesh:
         """The form `longest` metres long, z up, about its centre of mass."""
-        vertices = self.mesh.vertices
-        if up == "y":
-            # Its front (+z) looks at −y.
-            vertices = vertices[:, [0, 2, 1]] * (1, -1, 1)
+        vertices = zup_from_yup(self.mesh.vertices) if up == "y" else self.mesh.vertices
         body, _ = body_of(vertices * (longest / self.extent), self.mesh.faces, name)
         return replace(self.mesh, vertices=body.vertices, faces=body.faces)
 

@@ -6,6 +6,7 @@ import io
 import struct
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 import trimesh
@@ -49,32 +50,59 @@ UNREADABLE = (
 """What the parsers behind trimesh raise on bytes that are not what they promise."""
 
 
-def textured_from(data: bytes, name: str, beside: Mapping[str, bytes] | None = None) -> Mesh:
-    """The mesh in the bytes of a GLB, OBJ, PLY or STL file, in the file's frame and units.
+def read_mesh(path: Path) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
+    """Vertices (V, 3) and faces (F, 3) of a GLB, OBJ, PLY or STL file, in the file's frame.
 
-    name: says by its end what the bytes are. beside: what an OBJ file may name, by file name: its
-    materials and their pictures; nothing else outside of the bytes is read.
-    Raises InputError for what is too large, compressed, empty or not finite.
+    Raises InputError for what is missing, too large, compressed, empty or not finite.
     """
+    if path.suffix.lower() not in KINDS:
+        raise _unknown(path.name)
+    if not path.is_file():
+        raise InputError(f"there is no mesh file at {path}")
+    if path.stat().st_size > MESH.max_bytes:
+        raise _too_large(path.name)
+    return mesh_from(path.read_bytes(), path.name)
+
+
+def mesh_from(data: bytes, name: str) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
+    """The same from the bytes of a file of that name, which says by its end what they are.
+
+    Nothing outside of the bytes is read: a file that refers to others is refused.
+    """
+    found = _read(data, name, None)
+    return found.vertices, found.faces
+
+
+def textured_from(data: bytes, name: str, beside: Mapping[str, bytes] | None = None) -> Mesh:
+    """The same with its texture, where it has one, in the file's frame and units.
+
+    beside: what an OBJ file may name, by file name: its materials and their pictures.
+    """
+    return _read(data, name, dict(beside or {}))
+
+
+def _read(data: bytes, name: str, beside: dict[str, bytes] | None) -> Mesh:
     if not name.lower().endswith(KINDS):
-        raise InputError(f"{name} is no mesh file; give {', '.join(KINDS)}")
-    files = dict(beside or {})
-    size = len(data) + sum(len(one) for one in files.values())
+        raise _unknown(name)
+    size = len(data) + sum(len(one) for one in (beside or {}).values())
     if size > MESH.max_bytes:
-        raise InputError(f"{name} is larger than {MESH.max_bytes // 2**20} MB")
+        raise _too_large(name)
     if data[:2] in (b"PK", b"\x1f\x8b"):
         raise InputError(f"{name} is a compressed archive, not a mesh")
     limits = Limits(
         MESH.base_s + MESH.time_per_byte_s * size, MESH.base_bytes + MESH.memory_per_byte * size
     )
     try:
-        return shared().submit(parsed, data, name, files, limits=limits)
+        return shared().submit(parsed, data, name, beside, limits=limits)
     except JobFailed as error:
         raise InputError(f"{name} cannot be read as a mesh: {error}") from error
 
 
-def parsed(data: bytes, name: str, beside: dict[str, bytes]) -> Mesh:
-    """The task behind `textured_from`: trusts the bytes with time and memory."""
+def parsed(data: bytes, name: str, beside: dict[str, bytes] | None = None) -> Mesh:
+    """The task behind `mesh_from`: trusts the bytes with time and memory.
+
+    beside: None to leave textures out.
+    """
     _check_promise(data, name)
     parts = [part for part in _loaded(data, name, beside) if len(part.faces)]
     if not parts:
@@ -95,10 +123,18 @@ def parsed(data: bytes, name: str, beside: dict[str, bytes]) -> Mesh:
     if faces.min() < 0 or faces.max() >= len(vertices):
         raise InputError(f"{name} has a face with a corner that does not exist")
     places, corners, kept = _coarse(vertices, faces)
-    skin = skin_of(parts, name)
+    skin = None if beside is None else skin_of(parts, name)
     if skin is None:
         return Mesh(places, corners)
     return sewn(places, corners, skin[0][kept], skin[1])
+
+
+def _unknown(name: str) -> InputError:
+    return InputError(f"{name} is no mesh file; give {', '.join(KINDS)}")
+
+
+def _too_large(name: str) -> InputError:
+    return InputError(f"{name} is larger than {MESH.max_bytes // 2**20} MB")
 
 
 def _check_promise(data: bytes, name: str) -> None:
@@ -139,16 +175,18 @@ def _glb_elements(data: bytes, name: str) -> int:
     return count
 
 
-def _loaded(data: bytes, name: str, beside: dict[str, bytes]) -> list[trimesh.Trimesh]:
+def _loaded(data: bytes, name: str, beside: dict[str, bytes] | None) -> list[trimesh.Trimesh]:
     try:
-        check_pictures(data, name, beside)
+        if beside is not None:
+            check_pictures(data, name, beside)
         loaded = trimesh.load(
             io.BytesIO(data),
             file_type=name[-3:].lower(),
             force="scene",
             process=False,
+            skip_materials=beside is None,
             # What it may name: these files and no others.
-            resolver=ZipResolver({name: io.BytesIO(one) for name, one in beside.items()}),
+            resolver=ZipResolver({name: io.BytesIO(one) for name, one in (beside or {}).items()}),
         )
         assert isinstance(loaded, trimesh.Scene)
         return [part for part in loaded.dump() if isinstance(part, trimesh.Trimesh)]

@@ -12,6 +12,7 @@ from physagent_studio.program.scene.aloft import AIR
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import (
     Inflated,
+    Meshed,
     SceneObject,
     Support,
 )
@@ -40,8 +41,8 @@ from physagent_studio.reconstruction.shapes.forms import (
 )
 from physagent_studio.reconstruction.shapes.inflation import inflated_mesh
 from physagent_studio.reconstruction.shapes.lying import lies
+from physagent_studio.reconstruction.shapes.meshes import mesh_of
 from physagent_studio.reconstruction.shapes.primitives import Base
-from physagent_studio.reconstruction.shapes.stated_meshes import stated_mesh
 from physagent_studio.reconstruction.shapes.vessels import hollow_first, hollow_kinds, opened
 from physagent_studio.reconstruction.supports.stances import Stance
 from physagent_studio.reconstruction.survey.survey import Survey
@@ -67,17 +68,19 @@ def place_all(
     masks: Mapping[str, BoolArray],
     stances: Mapping[str, Stance],
     read: Survey,
-    assets: Mapping[str, Mesh],
+    given: Mapping[str, Mesh],
+    fresh: frozenset[str],
     tick: Callable[[float], None],
     ranked: frozenset[str] = frozenset(),
     found: Segments | None = None,
 ) -> Placed:
     """Every object with its open fields filled.
 
-    assets: stored meshes by what `Meshed.asset` names. ranked: objects whose other shapes are
-    known: where one is asked for, no more are fitted. found: edges of the picture.
+    given: meshes of `Meshed` shapes by name. fresh: those that just came from elsewhere; their
+    places are kept but for their height over what they stand on. ranked: objects whose other
+    shapes are known: where one is asked for, no more are fitted. found: edges of the picture.
     """
-    ground = _Ground(supports, masks, stances, read, assets, ranked, found=found)
+    ground = _Ground(supports, masks, stances, read, given, fresh, ranked, found=found)
     order = [item for item in _from_the_ground(objects, read) if item.name in stances]
     done = _placed(order, ground, {}, tick)
     offers = {name: one.offers for name, one in done.items()}
@@ -126,7 +129,8 @@ class _Ground:
     masks: Mapping[str, BoolArray]
     stances: Mapping[str, Stance]
     read: Survey
-    assets: Mapping[str, Mesh]
+    given: Mapping[str, Mesh]
+    fresh: frozenset[str]
     ranked: frozenset[str]
     found: Segments | None = None
 
@@ -159,7 +163,8 @@ def _placed(
             form = with_flats(form) if at_work("flats") else form
         if item.shape is None and item.name in read.vessels:
             form = opened(form)
-        put = settled(item, form, read, ground.supports, done)
+        fresh = item.name in ground.fresh
+        put = settled(item, form, read, ground.supports, done, fresh)
         tried = tuple(ShapeOffer(one.kind, one.merit, one.iou) for one in offers)
         chosen = form.kind if hollow else offers[0].kind
         out[item.name] = _One(put, form, chosen, tried if item.shape is None else ())
@@ -222,8 +227,10 @@ def _offers(
         return [tilt.in_world(form) for form in tried] if tilt is not None else tried
     if isinstance(item.shape, Inflated):
         mesh = inflated_mesh(mask, camera, item.shape)
+    elif isinstance(item.shape, Meshed):
+        mesh = ground.given[item.name]
     else:
-        mesh = stated_mesh(item, ground.assets)
+        mesh = mesh_of(item.shape)
     position = item.position or _place_given(read.camera, mask, base, mesh, item)
     return [Form(item.shape.kind, item.shape, mesh, position, item.rotation, 1.0, 1.0)]
 

@@ -37,6 +37,7 @@ def settled(
     read: Survey,
     supports: tuple[Support, ...],
     done: Mapping[str, tuple[SceneObject, Mesh]],
+    fresh: bool,
 ) -> SceneObject:
     """The object with its fields filled, lowered or raised onto what it stands on."""
     on = read.on[item.name]
@@ -48,9 +49,9 @@ def settled(
     elif on != AIR and item.aloft is not None:
         update["aloft"] = None
     position = form.position
-    if item.position is None and on != AIR:
+    if (item.position is None or fresh) and on != AIR:
         trial = item.model_copy(update={**update, "position": position})
-        if on in done:
+        if on in done and not fresh:
             beside = _as_high(on, done, trial, form.mesh)
             trial = trial.model_copy(update={"position": nudged(trial, *done[on], beside)})
             position = trial.position or position

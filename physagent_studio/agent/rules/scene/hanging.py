@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from physagent_studio.agent.rules.scene.measures import Layout, place_name
-from physagent_studio.language import Place, Reading
+from physagent_studio.agent.rules.scene.measures import Layout
+from physagent_studio.language import Reading
 from physagent_studio.program.scene.state import Grounding
 from physagent_studio.records import Case
 
 Spot = tuple[float, float]
 
 _FALLS = ("fall", "land", "descend", "drop")
+_COMES = ("move", "leave", "lose_support", *_FALLS)
 _INTO = ("in", "into", "inside", "on", "onto")
 
 
@@ -56,21 +57,18 @@ def from_nowhere(case: Case, reading: Reading, layout: Layout) -> frozenset[str]
             if not layout.has(name) or layout.carrier(name) != layout.ground():
                 continue
             place = frame.place("off", "from")
-            if place is not None and _is_out_of_scene(place, layout):
-                # "Comes loose from the line and falls down".
-                comes = not frame.negated and not frame.agent
-                falls = comes and any(f.sense in _FALLS and name in f.patient for f in later)
+            if place is not None and place.kind == "landmark" and frame.sense in _COMES:
+                # "Comes loose from the line and falls down": nothing falls from a mark on the
+                # ground.
+                falls = not frame.agent and any(
+                    f.sense in _FALLS and name in f.patient for f in later
+                )
                 found |= {name} if falls else set()
             elif not first or not falls or place is not None:
                 continue
             elif layout.rolls(name) or _from_unknown(case.prompt, reading):
                 found.add(name)
     return frozenset(found)
-
-
-def _is_out_of_scene(place: Place, layout: Layout) -> bool:
-    """Whether nothing can fall from a place: it is a mark on the ground, or not there."""
-    return place.kind == "landmark" or not layout.is_known(place_name(place))
 
 
 def _from_unknown(prompt: str, reading: Reading) -> bool:

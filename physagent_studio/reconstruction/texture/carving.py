@@ -46,8 +46,9 @@ class PartSettings:
     min_share: float = 0.004
     # 0.0005..0.05: of the mask: smaller openings are its rim
     min_open_share: float = 0.002
-    # IoU, 0.9..1, and 0..0.05: with its mask, that is enough or may be lost with the rim left whole
+    # IoU, 0.9..1: with its mask, that is enough with the rim left whole
     rim_iou: float = 0.97
+    # IoU, 0..0.05: with its mask, that may be lost with the rim left whole
     max_rim_loss: float = 0.012
     # IoU, 0.6..0.95: with its mask, below which what is laid out deep is mostly openings
     open_iou: float = 0.85

@@ -37,7 +37,8 @@ class RevolvedSettings:
     # 0.02..0.5: over the outline's length: how far a ring's pattern goes on
     fade_ratio: float = 0.05
     near_ratio: float = 0.2  # 0.02..0.3: over the same: rings that tell the plain colour of others
-    crease: float = 1 - math.cos(math.radians(40.0))  # 0..1: 1 − cosine; beyond, no pattern goes on
+    # one minus cosine, 0..1: of two rings' directions, beyond which no pattern goes on
+    max_crease: float = 1 - math.cos(math.radians(40.0))
     bend_ratio: float = 0.25  # 0..3: what a full turn of direction counts as, in outlines' lengths
     deep_ratio: float = 0.25  # 0.05..1: over the outline's length: from there on a vessel is deep
     deep_share: float = 0.45  # 0.3..1: of the light, that comes there
@@ -165,7 +166,7 @@ def _rings_filled(
             beside = known[cost < cost.min() + REVOLVED.near_ratio]
             plains[best] = _plain(colours[beside][seen[beside]], grain)
         away = abs(along[row] - along[best])
-        creased = strange or bends[row, best] > REVOLVED.crease
+        creased = strange or bends[row, best] > REVOLVED.max_crease
         fade = 1.0 if creased else min(away / REVOLVED.fade_ratio, 1.0)
         # Little light comes down into a vessel.
         deep = 1.0 if strange else min(away / REVOLVED.deep_ratio, 1.0)

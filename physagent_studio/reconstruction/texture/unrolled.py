@@ -31,8 +31,9 @@ class UnrolledSettings:
     min_told_share: float = math.cos(math.radians(69.0))
     min_shown_share: float = math.cos(math.radians(79.0))  # 0.1..0.6: from which on it is shown
     min_facing_cosine: float = 0.08  # cosine, 0.02..0.3: below, the photo tells of nothing
-    # cosines, -1..0 and 0..0.7: of a normal and up; of it and the view
+    # cosine, -1..0: of a normal and up, below which it faces down
     below_cosine: float = -0.3
+    # cosine, 0..0.7: of such a normal and the view, below which it is too shady to tell
     min_below_cosine: float = 0.25
     foot_share: float = 0.08  # 0..0.2: of its height, at the foot of what faces down
     rim_ratio: float = 0.012  # 0..0.05: over the smaller extent: the outline's rim of mixed pixels

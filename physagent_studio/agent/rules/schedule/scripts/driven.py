@@ -22,16 +22,19 @@ from physagent_studio.program.actions import Action, Directed
 class DrivenSettings:
     """How a thing on wheels is steered."""
 
-    min_radius_lengths: float = 1.25  # 1..3: of the circle on which a car turns: 5.5 m over 4.4 m
+    # own lengths, 1..3: radius of the circle on which a car turns: 5.5 m over 4.4 m
+    min_radius_lengths: float = 1.25
     radius_ratios: tuple[float, ...] = (1.6, 1.0)  # 1..4: of that radius, the wider one first
     # 0.4..1: of that radius, around a thing: as wide as there is room for
     round_ratios: tuple[float, ...] = (1.0, 0.7, 0.5)
     straight_shares: tuple[float, ...] = (0.45, 0.25)  # 0..1: of the free way, before it turns
-    clear_sizes: float = 0.35  # 0.1..1: own widths, between it and what it drives around
+    # own sizes, 0.1..1: between it and what it drives around
+    clear_sizes: float = 0.35
     drive_share: float = 0.8  # 0.5..0.95: of the clip, for which it drives
     speed_share: float = 0.9  # 0.5..1: of the highest speed that the verb allows
     turn_deg: float = 90.0  # 45..120: of a turn of which nobody says how far
-    min_side_cosine: float = math.cos(math.radians(20.0))  # what it faces already is no turn
+    # cosine, 0.8..1: of its axis and the way to turn to: what it faces already is no turn
+    min_side_cosine: float = math.cos(math.radians(20.0))
 
 
 DRIVEN = DrivenSettings()

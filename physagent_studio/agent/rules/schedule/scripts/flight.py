@@ -139,8 +139,9 @@ def lift(task: Task) -> list[Action]:
 class FloatingSettings:
     """How what floats comes down."""
 
-    min_sink_mps2: float = 0.02  # 0.005..0.05: slower, and it is not seen to sink
-    max_sink_mps2: float = 0.12  # 0.05..0.3: for all of the clip; it ends at half a metre a second
+    min_sink_mps2: float = 0.02  # m/s², 0.005..0.05: slower, and it is not seen to sink
+    # m/s², 0.05..0.3: for all of the clip; it ends at half a metre a second
+    max_sink_mps2: float = 0.12
     start_share: float = 0.15  # 0.05..0.4: of the clip, until what comes from high up sinks evenly
 
 

@@ -34,8 +34,7 @@ from physagent_studio.simulation.model.parts import Part, RigidPart
 from physagent_studio.simulation.surfaces import FloatArray
 
 MAX_CURVATURE = 2.0
-"""1 / turning radius, over 1 / length: a toy turns on the spot of its length, a car takes twice
-that."""
+"""1 / turning radius, over 1 / length: the tightest circle is as wide as the thing is long."""
 
 Footing: TypeAlias = tuple[FloatArray, FloatArray, int, float]
 """What carries it: unit normal, point, index of the object or −1, and friction with it."""
@@ -112,9 +111,9 @@ class Wheelset:
         across = _within(self.steered, grip)
         if across == 0 or abs(speed) < 1e-6:
             return 0.0
-        most = MAX_CURVATURE / self.length * abs(speed)
-        # What rolls backwards turns its back the way it is steered.
-        return _within(across / (self.part.mass * speed), most) * math.copysign(1.0, speed)
+        return _within(
+            across / (self.part.mass * abs(speed)), MAX_CURVATURE / self.length * abs(speed)
+        )
 
 
 def _within(value: float, limit: float) -> float:

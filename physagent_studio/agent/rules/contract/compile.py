@@ -17,12 +17,7 @@ from physagent_studio.agent.rules.contract.sequence import (
     matched,
     over_then_on,
 )
-from physagent_studio.agent.rules.contract.specs import (
-    SPEC,
-    Context,
-    Spec,
-    any_of,
-)
+from physagent_studio.agent.rules.contract.specs import SPEC, Context, Spec, any_of
 from physagent_studio.agent.rules.contract.statements import Statements
 from physagent_studio.agent.rules.contract.untold import untold
 from physagent_studio.agent.rules.scene.measures import Layout, place_name

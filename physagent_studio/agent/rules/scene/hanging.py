@@ -60,7 +60,7 @@ def from_nowhere(case: Case, reading: Reading, layout: Layout) -> frozenset[str]
             if place is not None and place.kind == "landmark" and frame.sense in _COMES:
                 # "Comes loose from the line and falls down": nothing falls from a mark on the
                 # ground.
-                falls = not frame.agent and any(
+                falls = not (frame.agent or frame.negated) and any(
                     f.sense in _FALLS and name in f.patient for f in later
                 )
                 found |= {name} if falls else set()

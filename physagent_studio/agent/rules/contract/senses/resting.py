@@ -5,12 +5,7 @@ from __future__ import annotations
 import math
 
 from physagent_studio.agent.rules.contract.senses.common import posture, quality, rolls, still
-from physagent_studio.agent.rules.contract.specs import (
-    SPEC,
-    Context,
-    Spec,
-    spec,
-)
+from physagent_studio.agent.rules.contract.specs import SPEC, Context, Spec, spec
 from physagent_studio.agent.rules.scene.measures import place_name
 from physagent_studio.language import EventFrame
 from physagent_studio.language.tokens.vocabulary import words_of

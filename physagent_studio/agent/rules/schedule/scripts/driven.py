@@ -121,7 +121,7 @@ def _legs(task: Task) -> Sequence[Leg]:
     which most is seen. What the clip has no time for is left out."""
     room = _most(task) * task.seconds(DRIVEN.drive_share)
     found = [tuple(_within(legs, room)) for legs in _choices(task)]
-    shares = [seen_along(task.layout, task.name, points_of(task, legs)) for legs in found]
+    shares = [seen_along(task.layout, task.name, _points(task, legs)) for legs in found]
     return found[shares.index(max(shares))]
 
 
@@ -139,7 +139,7 @@ def _within(legs: Iterable[Leg], room: float) -> Iterator[Leg]:
             yield Leg(left, own.turn * left / own.length)
 
 
-def points_of(task: Task, legs: Sequence[Leg]) -> FloatArray:
+def _points(task: Task, legs: Sequence[Leg]) -> FloatArray:
     """(n, 2) where its centre comes by along its way, offsets from where it stands, m."""
     axis = task.axis_way()
     assert axis is not None
@@ -179,9 +179,9 @@ def _choices(task: Task) -> Iterator[Sequence[Leg]]:
                 turn = side * _angle(task, circles)
                 after = 0.0 if circles else max(share * free, radius)
                 yield (
-                    Leg(max(share * free, 1e-3)),
+                    Leg(share * free),
                     Leg(radius * abs(turn), turn),
-                    Leg(max(after, 1e-3)),
+                    Leg(after),
                 )
 
 
@@ -212,8 +212,7 @@ def _sides(task: Task) -> tuple[float, ...]:
     if (off := _off(task)) is not None:
         return (math.copysign(1.0, off),)
     for frame in task.intent.frames:
-        bends = frame.sense in ("turn", "curve", "turn_around", "circle")
-        if bends and frame.direction in ("left", "right"):
+        if frame.sense in TURNS and frame.direction in ("left", "right"):
             return (1.0 if frame.direction == "left" else -1.0,)
     return (1.0, -1.0)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import signal
 import socket
-import threading
+import time
 from collections.abc import Callable
 from pathlib import Path
 
@@ -91,8 +91,9 @@ def opening_of(
 
 
 def _until_interrupted() -> None:
-    stop = threading.Event()
+    # No lock in a handler: a second Ctrl+C may come while the first is being answered.
+    asked: list[int] = []
     for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda *_: stop.set())
-    while not stop.wait(0.5):
-        pass
+        signal.signal(number, lambda got, _: asked.append(got))
+    while not asked:
+        time.sleep(0.2)

@@ -11,6 +11,27 @@ from tests.browser.conftest import Desk
 pytestmark = pytest.mark.browser
 
 
+SECOND_CLICK = """() => new Promise(done => {
+  const named = (name) =>
+    [...document.querySelectorAll('button')].find(one => one.textContent === name);
+  const watch = new MutationObserver(() => {
+    if (!named('Cancel')) return;
+    watch.disconnect();
+    named('Cancel').click();
+    done();
+  });
+  watch.observe(document.body, { subtree: true, childList: true, characterData: true });
+  named('Start').click();
+})"""
+"""Starts, and clicks Cancel as soon as it is there, where the pointer may be already."""
+
+
+def test_the_second_of_two_clicks_on_start_does_not_end_it(fresh: Desk) -> None:
+    fresh.page.evaluate(SECOND_CLICK)
+    fresh.proposal()
+    assert fresh.snapshot.rollout is not None
+
+
 def test_step_edit_accept_and_reload(fresh: Desk) -> None:
     page = fresh.page
     fresh.button("Start").click()

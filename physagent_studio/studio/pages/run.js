@@ -112,6 +112,7 @@ function meters(run) {
     run.simulations ? h("p", { class: "faint num" }, parts.filter(Boolean).join(" · ")) : null);
 }
 
+const SECOND_CLICK = 600; // ms after the first, as long as people double-click
 function busy(run, since) {
   // What has not begun to count yet is shown as going on, not as standing still.
   const known = Boolean(run.progress);
@@ -121,7 +122,8 @@ function busy(run, since) {
       h("div", { class: known ? "bar grow" : "bar unknown grow" }, h("i", { style: known ? `width:${run.progress * 100}%` : "" })),
       known ? h("span", { class: "muted num", style: "white-space:nowrap" }, `${Math.round(run.progress * 100)} %`) : null,
       h("span", { class: "faint num", "data-clock": true, "aria-hidden": "true" }, passed(since)),
-      button("Cancel", () => send({ do: "cancel" }), { class: "b small" })));
+      // The second of two clicks on what began it would end it at once.
+      button("Cancel", () => Date.now() - since > SECOND_CLICK && send({ do: "cancel" }), { class: "b small" })));
 }
 
 // What was corrected before the first run belongs to it: nothing of it has to be run by itself.

@@ -21,7 +21,7 @@ from physagent_studio.agent.rules.scene.measures import Layout
 from physagent_studio.agent.rules.scene.named_tables import surface_left
 from physagent_studio.agent.rules.scene.withdrawing import without_withdrawn
 from physagent_studio.agent.rules.schedule import actions as act
-from physagent_studio.agent.rules.schedule.choosing import raised_places, schedule, tasks_of
+from physagent_studio.agent.rules.schedule.event_program import raised_places, schedule, tasks_of
 from physagent_studio.agent.rules.schedule.heading import with_wheels
 from physagent_studio.agent.rules.schedule.landmarks import assume_open, derived_landmarks
 from physagent_studio.agent.rules.schedule.pacing import paces_of, speed_to_get_there

@@ -4,125 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from physagent_studio.agent.rules.contract.intents import Intent, intents_of
-from physagent_studio.agent.rules.scene.measures import WAYS, FloatArray, Layout
+from physagent_studio.agent.rules.contract.intents import Intent
+from physagent_studio.agent.rules.scene.measures import WAYS, Layout
 from physagent_studio.agent.rules.schedule import actions as act
 from physagent_studio.agent.rules.schedule import scripts
-from physagent_studio.agent.rules.schedule.framing import free_way
 from physagent_studio.agent.rules.schedule.ramps import down_ramp
 from physagent_studio.agent.rules.schedule.scripts import Task
-from physagent_studio.language import Reading
 from physagent_studio.language.tokens.vocabulary import words_of
-from physagent_studio.program.actions import Action, duration_of
-from physagent_studio.program.program import Clip
+from physagent_studio.program.actions import Action
 
 Script = Callable[[Task], list[Action]]
-
-
-def schedule(reading: Reading, layout: Layout, clip: Clip) -> tuple[Action, ...]:
-    """The event program of a reading over a scene."""
-    actions: list[Action] = []
-    raised = raised_places(reading, layout)
-    for name, place in raised.items():
-        # The photo has it standing: it is seen to rise, and does not jump.
-        actions += act.raised(name, float((place - layout.position(name))[2]))
-    layout = layout.with_places(raised)
-    for task in tasks_of(reading, layout, clip):
-        wait = steps_to_wait(task.intent, reading, clip)
-        wait += act.STEPS.first_step + act.STEPS.rise_steps if task.name in raised else 0
-        for action in script_for(task)(task):
-            later = _later(action, wait)
-            actions += [a for a in [_fitted(later, clip, actions)] if a is not None]
-    return tuple(actions[:500])
-
-
-def steps_to_wait(intent: Intent, reading: Reading, clip: Clip) -> int:
-    """How much later than the beginning a thing is set going, where the prompt says it: so many
-    seconds, or after what is told before it."""
-    own = next((f for f in intent.frames if f.sense not in ("be", "stay", "rest")), None)
-    if own is None:
-        return 0
-    if own.delay is not None:
-        return min(int(own.delay / clip.step_seconds), clip.steps - 2 * act.STEPS.push_steps)
-    index = next((i for i, f in enumerate(reading.frames) if f is own), 0)
-    earlier = [f for f in reading.frames[:index] if not f.negated]
-    alone = not any(intent.name in (*f.patient, *f.agent) for f in earlier)
-    if not alone or intent.struck_by:
-        return 0
-    following = reading.frames[index + 1 : index + 2]
-    turn_steps = 80  # 30..200: that what is told to come next waits for what comes before
-    if own.link == "before" or (following and following[0].link == "after"):
-        return turn_steps
-    if not own.sequel:
-        return 0
-    before = sum(f.sequel for f in earlier) + 1
-    return min(turn_steps * before, clip.steps // 2)
-
-
-def _later(action: Action, steps: int) -> Action:
-    if not steps or action.when is not None:
-        return action
-    return action.model_copy(update={"start_step": action.start_step + steps})
-
-
-def raised_places(reading: Reading, layout: Layout) -> dict[str, FloatArray]:
-    """Where things begin that the prompt has in the air and the picture has standing on it."""
-    found: dict[str, FloatArray] = {}
-    for index, frame in enumerate(reading.frames):
-        under = frame.place("above")
-        if frame.sense not in ("hang", "be") or under is None:
-            continue
-        for name in frame.patient:
-            told = any(name in f.patient for f in reading.frames[:index])
-            if told or not layout.has(name) or layout.placed(under.name) is None:
-                continue
-            size = layout.size(name)
-            if layout.gap(name, under.name) < 0.06 * size:
-                rise = min(max(1.5 * size, 0.1), 0.7 * free_way(layout, name, WAYS["up"]))
-                found[name] = layout.position(name) + WAYS["up"] * max(rise, 0.3 * size)
-    return found
-
-
-def tasks_of(reading: Reading, layout: Layout, clip: Clip) -> list[Task]:
-    """One task per object that has to be set going, rows of like ones with their ranks."""
-    intents = intents_of(reading)
-    for frame in (f for f in reading.frames if f.sense == "withdrawn"):
-        for intent in (i for i in intents.values() if i.has("lose_support", "fall")):
-            intent.frames.insert(0, frame)
-    wind = [f for f in reading.frames if f.sense == "wind" and not f.patient]
-    if wind:
-        for item in layout.state.objects:
-            if (
-                any(item.name in f.patient for f in reading.frames)
-                or len(layout.state.objects) == 1
-            ):
-                intents.setdefault(item.name, Intent(item.name)).frames[:0] = wind
-    driven = [i for i in intents.values() if i.needs_drive and layout.has(i.name)]
-    driven = [i for i in driven if not _comes_down_by_itself(i, driven, layout)]
-    return [Task(i, layout, clip, *_rank(i, driven, layout)) for i in driven]
-
-
-_FALLING = words_of("fall collapse topple slip land lose_support lose_balance descend stay be rest")
-
-
-def _comes_down_by_itself(intent: Intent, driven: list[Intent], layout: Layout) -> bool:
-    """What stands on a thing that is pulled or knocked from under it."""
-    if not intent.senses <= _FALLING or intent.hits:
-        return False
-    pulled = [
-        i.name
-        for i in driven
-        if i.name != intent.name and i.has("pull", "push", "kick", "knock", "move", "hit")
-    ]
-    return any(intent.name in layout.above(name) for name in pulled)
-
-
-def _rank(intent: Intent, driven: list[Intent], layout: Layout) -> tuple[int, int]:
-    """Place among the objects that share a frame with it, from top to bottom."""
-    row = {n for f in intent.frames for n in (f.agent or f.patient)}
-    alike = [i.name for i in driven if i.name in row]
-    ordered = sorted(alike, key=lambda n: -layout.position(n)[2])
-    return ordered.index(intent.name), len(ordered)
 
 
 def script_for(task: Task) -> Script:
@@ -374,20 +265,3 @@ def _nothing(task: Task) -> list[Action]:
 def _is_struck_in_air(task: Task) -> bool:
     """Whether something else sets it going."""
     return bool(task.intent.struck_by)
-
-
-def _fitted(action: Action, clip: Clip, taken: list[Action]) -> Action | None:
-    """The action inside the clip, with an id of its own."""
-    ids = {a.id for a in taken}
-    name, number = action.id, 1
-    while name in ids:
-        number += 1
-        name = f"{action.id[:60]}_{number}"
-    update: dict[str, object] = {"id": name}
-    if action.when is None:
-        if action.start_step >= clip.steps:
-            return None
-        room = clip.steps - action.start_step
-        if duration_of(action) > room:
-            update["duration"] = room
-    return action.model_copy(update=update)

@@ -76,9 +76,9 @@ def resolve_objects(
     if phrase.head == "rest" and not phrase.determiner:
         # "Comes to rest".
         return None
-    if phrase.of is not None and phrase.head in v.MASS_HEADS:
-        inner = _candidates(phrase.of, stock, talk)
-        return _choose(phrase, inner, stock, talk, phrase.of) if inner else None
+    of = phrase.of if phrase.head in v.MASS_HEADS else None
+    if of is not None and (inner := _candidates(of, stock, talk)):
+        return _choose(phrase, inner, stock, talk, of)
     if is_group(phrase, stock):
         group = next((m for m in reversed(talk.mentions) if len(m) > 1), ())
         everything = tuple(t.name for t in stock.objects)

@@ -48,7 +48,9 @@ def details_of(
     ways = {v.DIRECTIONS.get(word) for word in clause.adverbs}
     ways |= {preposition for preposition, _ in clause.places}
     for one, other in (("left", "right"), ("up", "down")):
-        if {one, other} <= ways and ("back" not in clause.adverbs or one == "up"):
+        if {one, other} <= ways and sense == "sway":
+            details.manner |= {"rhythmic"}
+        elif {one, other} <= ways and ("back" not in clause.adverbs or one == "up"):
             # "The cup slides to the left and the box to the right".
             details.unknown[f"{one} … {other}"] = None
     for phrase in (*objects, *clause.subjects):
@@ -123,8 +125,12 @@ def _adverb(word: str, details: Details, talk: Discourse) -> None:
         way = v.DIRECTIONS[word]
         if word == "off":
             details.places = (*details.places, ("off", Place("stack", "group")))
-        if details.direction in (None, "off", "down", "up"):
+        # "Drives forward to the right": the picture's side says more than the thing's own.
+        own = details.direction == "forward" or "backwards" in details.manner
+        if details.direction in (None, "off", "down", "up") or own:
             details.direction = way  # type: ignore[assignment]
+        if word in ("backward", "backwards"):
+            details.manner |= {"backwards"}
     elif word in v.SHARES:
         details.share = v.SHARES[word]
     elif word in v.NEARLY:

@@ -117,7 +117,7 @@ class Chunker(NounPhrases):
             return True
         if previous in v.PREPOSITIONS and previous != "to":
             return not word.endswith("ing") or following in self.nouns
-        return previous == "to" and (word.endswith(("s", "ing")) or verb_base(word) != word)
+        return previous == "to" and verb_base(word) != word
 
     def _one(self, i: int) -> bool:
         """ "A high arc": of one that does something the verb would have its ending."""
@@ -175,7 +175,9 @@ class Chunker(NounPhrases):
             return self._auxiliary_alone(i, j, passive, negated)
         infinitive = self.word(i - 1) == "to"
         passive = passive and is_participle(word)
-        form = "ing" if word.endswith("ing") else "pp" if is_participle(word) else "s"
+        form = (
+            "ing" if word.endswith("ing") and base != word else "pp" if is_participle(word) else "s"
+        )
         finite = finite or (form != "ing" and not infinitive)
         return Chunk("verb", i, j + 1, word, None, base, form, passive, finite, negated)
 

@@ -56,18 +56,32 @@ def _out_of_sight(tokens: Tokens, nouns: frozenset[str]) -> Tokens:
             (("leaves",), ("moves", "offscreen")),
             (("leave",), ("move", "offscreen")),
             (("exits",), ("moves", "offscreen")),
+            (("leaving",), ("moving", "offscreen")),
+            (("exiting",), ("moving", "offscreen")),
         ):
             start = index + len(turn)
             start += _texts(tokens, start, 1) in (("the",), ("our",))
             named = _texts(tokens, start, 1)
             if _texts(tokens, index, len(turn)) == turn and named and named[0] in _FRAMES - nouns:
-                found += _said(tokens[index], tokens[start], *words)
-                index = start + 1
+                side, taken = _rim(_texts(tokens, start + 1, 4))
+                found += _said(tokens[index], tokens[start + taken], *words, *side)
+                index = start + taken + 1
                 break
         else:
             found.append(tokens[index])
             index += 1
     return tuple(found)
+
+
+_RIMS = {"top": "up", "bottom": "down", "left": "leftwards", "right": "rightwards"}
+
+
+def _rim(after: tuple[str, ...]) -> tuple[tuple[str, ...], int]:
+    """The way that "at the top", "on the left side" says, and how many words it takes."""
+    way = _RIMS.get(after[2]) if len(after) > 2 and after[1] == "the" else None
+    if way is None or after[0] not in ("at", "on", "over", "through", "from"):
+        return (), 0
+    return (way,), 3 + (after[3:] in (("side",), ("edge",)))
 
 
 def _amounts(tokens: Tokens, nouns: frozenset[str]) -> Tokens:
@@ -118,20 +132,23 @@ _DOING = {
     **dict.fromkeys(("do", "perform", "execute", "take"), ""),
     **dict.fromkeys(("does", "performs", "executes", "takes"), "s"),
     **dict.fromkeys(("doing", "performing", "executing", "taking"), "ing"),
-    **dict.fromkeys(("did", "performed", "executed", "took"), "ed"),
+    **dict.fromkeys(("did", "performed", "executed", "took", "given"), "ed"),
 }
 _DONE = {
     "flip": "flip", "somersault": "somersault", "backflip": "flip", "frontflip": "flip",
     "cartwheel": "somersault", "spin": "spin", "roll": "roll", "pirouette": "spin", "jump": "jump",
     "hop": "hop", "leap": "leap", "bounce": "bounce", "tumble": "tumble", "loop": "circle",
     "lap": "circle", "wobble": "wobble", "fall": "fall", "dive": "fall", "spill": "fall",
-    "twirl": "twirl", "turn": "spin", "rotation": "spin", "revolution": "spin",
+    "twirl": "twirl", "turn": "spin", "rotation": "spin", "revolution": "spin", "push": "push",
+    "shove": "shove", "nudge": "nudge", "kick": "kick", "tap": "tap", "poke": "poke",
+    "toss": "toss", "knock": "push", "shake": "shake", "squeeze": "squeeze",
+    "tug": "tug", "pull": "pull",
 }  # fmt: skip
 """What one does or takes, as the verb that says it."""
 
 
 def _performed(tokens: Tokens, nouns: frozenset[str]) -> Tokens:
-    """ "Does a somersault", "took a tumble", "does two flips": the verb itself."""
+    """ "Does a somersault", "took a tumble", "is given a push": the verb itself."""
     out: list[Token] = []
     index = 0
     while index < len(tokens):

@@ -55,8 +55,11 @@ _PLAIN = {
     "do not": "fail to|refuse to",
     "not": "no longer",
     "supine": "on its back|onto its back",
-    "prone": "on its face|onto its face|face down|face first",
-    "sidelong": "on its side|onto its side|on their sides",
+    "prone": "on its face|onto its face|face down|face first|on its belly|onto its belly|"
+    "on its front|onto its front",
+    "sidelong": "on its side|onto its side|on their sides|to its side|onto its left side|"
+    "on its left side|to its left side|onto its right side|on its right side|to its right side|"
+    "over to its side|over to its left side|over to its right side",
     "inverted": "upside down",
     "airborne": "in the air|through the air|in mid air",
     "motionless": "on the spot|in place|at rest",
@@ -65,9 +68,17 @@ _PLAIN = {
     "km/h": "kilometers per hour|kilometres per hour",
     "halfway": "half way|half of the way",
     "alltheway": "all the way|the whole way",
-    "rhythmically": "back and forth|to and fro|side to side",
-    "successively": "one after the other|one after another|one by one",
+    "rhythmically": "back and forth|to and fro|side to side|from side to side|"
+    "to the left and to the right|to the left and then to the right",
+    "successively": "one after the other|one after another|one by one|in sequence|in succession|"
+    "in turn|in order",
     "simultaneously": "at the same time",
+    "accelerating": "gathering speed|gaining speed|picking up speed",
+    "accelerates": "gathers speed|picks up speed",
+    "slowing": "losing speed|losing momentum",
+    "up": "up into the sky|into the sky|up to the sky|towards the sky|toward the sky",
+    "sways": "springs back|snaps back",
+    "reverses": "backs up|backs away",
     "naturally": "by itself|by themselves|on its own|on their own",
     "slightly": "a little|a bit",
     "also": "as well",

@@ -37,7 +37,7 @@ VERBS: dict[str, Verb] = {
     **_verbs(
         "move",
         {
-            "fall": "fall plummet plunge tumble drop plop plunk nosedive cascade dive",
+            "fall": "fall plummet plunge tumble drop plop plunk nosedive cascade dive clatter",
             "descend": "descend sink",
             "float": "float drift_down waft",
             "roll": "roll trundle trickle",
@@ -45,13 +45,14 @@ VERBS: dict[str, Verb] = {
             "slip": "slip",
             "move": "move go travel advance proceed drive run continue come head race speed ride "
             "creep shift progress coast hurtle zip zoom dash barrel career careen scoot rush inch "
-            "dart whizz whoosh ease wander budge scuttle skitter crawl cruise stagger stumble "
-            "lurch jolt jerk meander steer chug plod trek",
+            "dart whizz whoosh ease wander budge waddle stride march scurry scamper "
+            "scuttle skitter crawl cruise stagger stumble lurch jolt jerk meander steer chug "
+            "plod trek",
             "drift": "drift",
             "fly": "fly soar sail swoop",
             "jump": "jump hop leap vault pounce",
             "rise": "rise ascend climb lift levitate hoist pick",
-            "topple": "topple tip overturn capsize keel flop",
+            "topple": "topple tip overturn capsize keel flop slump",
             "lean": "lean tilt",
             "flip": "flip somersault cartwheel overturn_flip tumble_over",
             "spin": "spin rotate revolve twirl whirl pirouette",

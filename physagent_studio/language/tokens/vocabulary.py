@@ -63,8 +63,11 @@ MANNERS: dict[str, str] = {
     ),
     **dict.fromkeys(words_of("rhythmically rhythmic periodically periodic repeatedly"), "rhythmic"),
     **dict.fromkeys(("straight", "directly", "vertical"), "straight"),
-    **dict.fromkeys(("slightly", "barely"), "slight"),
+    **dict.fromkeys(("slightly", "barely", "slight"), "slight"),
     "closely": "close",
+    "clockwise": "clockwise",
+    "counterclockwise": "anticlockwise",
+    "anticlockwise": "anticlockwise",
 }
 
 FILLERS = words_of(
@@ -213,7 +216,7 @@ IGNORED_NOUNS = words_of(
     "position place motion way air mass direction distance path force time speed balance "
     "support frame stop rest center centre end case fashion manner movement scene image "
     "picture other each result order turn angle height clip video effect action moment origin "
-    "location spin halt speed momentum direction stand"
+    "location spin halt speed momentum direction stand peak apex axis amplitude"
 )
 """Nouns that name neither a thing nor a place of the scene."""
 

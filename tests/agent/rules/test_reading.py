@@ -429,3 +429,39 @@ def test_a_speed_may_be_written_out(words: str) -> None:
 def test_what_is_hauled_back_to_a_side_goes_there_and_what_bounces_back_turns_round() -> None:
     assert one("The blue box is dragged back to the right.").direction == "right"
     assert one("The red ball bounces back to the left.").direction == "backward"
+
+
+@pytest.mark.parametrize(
+    ("prompt", "direction"),
+    [
+        ("The red ball rolls forward to the right.", "right"),
+        ("The red ball rolls to the left and forwards.", "left"),
+        ("The red ball rolls backwards to the left.", "left"),
+        ("The red ball leaves the picture on the left side.", "left"),
+        ("The red ball flies up into the sky.", "up"),
+    ],
+)
+def test_a_side_of_the_picture_says_more_than_the_things_own_way(
+    prompt: str, direction: str
+) -> None:
+    frame = one(prompt)
+    assert frame.direction == direction
+    assert ("backwards" in frame.manner) == ("backwards" in prompt)
+
+
+@pytest.mark.parametrize(
+    ("prompt", "sense"),
+    [
+        ("The blue box starts to swing.", "sway"),
+        ("The blue box begins to pass the red ball.", "pass"),
+        ("The blue box is given a gentle push to the right.", "push"),
+        ("The blue box is given a quick spin.", "spin"),
+        ("The blue box sways to the left and then to the right.", "sway"),
+        ("The blue box spins counterclockwise.", "spin"),
+        ("The blue box, gathering speed, slides to the left.", "accelerate"),
+    ],
+)
+def test_everyday_turns_are_read_whole(prompt: str, sense: str) -> None:
+    reading = read(prompt, stock(GAME))
+    assert not reading.not_understood
+    assert sense in [frame.sense for frame in reading.frames]

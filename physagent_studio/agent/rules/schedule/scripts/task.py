@@ -76,7 +76,8 @@ class Task:
     @property
     def backwards(self) -> bool:
         """Whether the prompt has it go with its back first."""
-        return any(f.direction == "backward" and not f.agent for f in self.intent.frames)
+        said = (f for f in self.intent.frames if not f.agent)
+        return any(f.direction == "backward" or "backwards" in f.manner for f in said)
 
     def axis_way(self) -> FloatArray | None:
         """Level unit direction (3,) in which it can be set going on its wheels; None without."""

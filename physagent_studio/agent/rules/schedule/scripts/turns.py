@@ -66,7 +66,8 @@ def spin_about(task: Task) -> list[Action]:
     angle = said or (30.0 if slight else 180.0 if half else 360.0 * turns + 30.0)
     rate = mech.spin_for_flip(angle, task.seconds(0.5))
     steps = int(task.seconds(0.5) / task.clip.step_seconds)
-    sign = -1.0 if task.way() == "right" else 1.0
+    clockwise = any("clockwise" in f.manner for f in task.intent.frames)
+    sign = -1.0 if task.way() == "right" or clockwise else 1.0
     return [act.spin(task.name, UP * sign, rate, duration=steps)]
 
 

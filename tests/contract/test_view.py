@@ -431,6 +431,21 @@ def test_it_goes_no_faster_than_the_verb_says(seed: int) -> None:
         assert "“roll”" in check.text
 
 
+@seeds
+def test_what_only_tips_over_comes_down_where_it_stood(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    slow = [go("ball", rng.uniform(0.3, 0.6), 0, 0), hold("ball", 60, 320)]
+    fast = [go("ball", rng.uniform(1.0, 1.5), 0, 0)]
+    for actions, ok in ((slow, True), (fast, False)):
+        program = scene_of([at(BALL, -1.0)], actions, says("topples"))
+        check = views(program)["view.place.ball"]
+        agrees(check)
+        assert check.ok == ok, check.text
+    # What rolls on as it is told to has gone its way.
+    told = scene_of([at(BALL, -1.0)], fast, says("topples"), says("rotates", angle=90))
+    assert "view.place.ball" not in views(told)
+
+
 def test_a_fall_is_as_fast_as_it_is() -> None:
     pace = {"subject": "ball", "verb": "roll", "high": 1.0}
     things = [at(BALL, 0.0, 1.5, support="air")]

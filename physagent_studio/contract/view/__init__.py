@@ -16,6 +16,7 @@ from physagent_studio.contract.view.basics import (
     INSIDE,
     acting_objects,
     amounts,
+    in_place,
     nothing_happens,
     on_wheels,
     subject_of,
@@ -65,4 +66,5 @@ def view_checks(
     found += [*touches(facts, names), *comes_apart(facts, names)]
     found += [gone(facts, name) for name in names if name in program.contract.leaving]
     found += [*meetings(facts), *ends(facts, names), *amounts(facts), *on_wheels(facts, names)]
+    found += in_place(facts, names)
     return tuple(found)

@@ -8,7 +8,7 @@ import numpy as np
 
 from physagent_studio.contract.facts import Facts
 from physagent_studio.contract.picture import Sight, sight_of
-from physagent_studio.contract.track import bounded
+from physagent_studio.contract.track import Window, bounded
 from physagent_studio.contract.words import number
 from physagent_studio.program.actions import FixObject
 from physagent_studio.program.contract import Statement
@@ -32,7 +32,8 @@ TIMED = frozenset(
 VIEW_CODES = {
     "inside": "framing", "pace": "pace", "fills": "pace", "meeting": "pace", "in_time": "pace",
     "ends": "not_stopped", "something": "not_visible", "calm": "stirs", "wheels": "heading",
-    "amount": "pace", "gone": "falls_short", "act": "falls_short", "apart": "not_broken",
+    "amount": "pace", "place": "pace", "gone": "falls_short", "act": "falls_short",
+    "apart": "not_broken",
 }  # fmt: skip
 """Code of a failed view check, by its rule: the second word of its id."""
 
@@ -101,6 +102,45 @@ def sight_in(facts: Facts, name: str) -> Sight:
     found = sight_of(facts, name)
     assert found is not None, "there is a camera"
     return found
+
+
+REACH = 1.5
+"""Farthest that the middle of what only tips over goes, over its height: lying down takes it half
+its height and half its width, and what is round rolls on a little."""
+_IN_PLACE = frozenset(("topples", "upright", "moves", "rests_on", "stays", "stops"))
+
+
+def in_place(facts: Facts, names: tuple[str, ...]) -> list[Check]:
+    """What tips over, and does no more and is struck by nothing, comes down where it stood."""
+    found = []
+    for name in names:
+        own = [s for s in facts.program.contract.statements if name in _named(s) and not s.negated]
+        told = {s.kind for s in own}
+        if "topples" not in told or not told <= _IN_PLACE:
+            continue
+        reach = REACH * height_of(facts, name)
+        places = facts.track(name, facts.whole()).positions[:, :2]
+        far = float(np.linalg.norm(places - places[0], axis=1).max())
+        text = (
+            f"{name} comes down where it stood: "
+            f"{number(far, 'm')} ≤ {number(reach, 'm')}: {{answer}}"
+        )
+        found.append(
+            view_check("place", name, text, (reach - far) / reach, measured=far, threshold=reach,
+                       unit="m")
+        )  # fmt: skip
+    return found
+
+
+def _named(statement: Statement) -> tuple[str, ...]:
+    return tuple(str(getattr(statement, field, "")) for field in ("subject", "other"))
+
+
+def height_of(facts: Facts, name: str) -> float:
+    """How high an object is at first, m."""
+    placed = facts.track(name, Window(0, 0)).placed
+    up = np.array([[0.0, 0.0, 1.0]])
+    return float((placed.support(up) - placed.support(-up))[0, 2])
 
 
 OFF_AXIS, TIPPED = 20.0, 45.0

@@ -11,6 +11,7 @@ from physagent_studio.contract.track import Window
 from physagent_studio.contract.view.basics import (
     DROPPING,
     INSIDE,
+    height_of,
     said,
     sight_in,
     view_check,
@@ -84,7 +85,7 @@ def needed_until(facts: Facts, name: str, sight: Sight) -> int:
     if lands or _sees(facts, path[out[0]]) or _sees(facts, peak[int(peak[:, 2].argmax())]):
         return last
     drop = np.maximum.accumulate(path[:, 2]) - path[:, 2]
-    seen = np.flatnonzero((drop >= _height(facts, name)) & (sight.share >= INSIDE))
+    seen = np.flatnonzero((drop >= height_of(facts, name)) & (sight.share >= INSIDE))
     return int(seen[0]) if len(seen) else last
 
 
@@ -96,12 +97,6 @@ def _sees(facts: Facts, place: FloatArray) -> bool:
     pixel, depth = camera.project(np.array([[place[0], place[1], min(floors, default=0.0)]]))
     inside = (pixel[0] >= 0) & (pixel[0] <= camera.size)
     return bool(inside.all() and depth[0] > 0)
-
-
-def _height(facts: Facts, name: str) -> float:
-    placed = facts.track(name, Window(0, 0)).placed
-    up = np.array([[0.0, 0.0, 1.0]])
-    return float((placed.support(up) - placed.support(-up))[0, 2])
 
 
 def meetings(facts: Facts) -> list[Check]:

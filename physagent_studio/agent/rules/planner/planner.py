@@ -20,7 +20,7 @@ from physagent_studio.agent.rules.planner.overruled import (
 from physagent_studio.agent.rules.planner.parameter_search import along_one, cross_entropy
 from physagent_studio.agent.rules.planner.parameters import Knob
 from physagent_studio.agent.rules.planner.repairs import structural
-from physagent_studio.agent.rules.planner.stage_one import repair_scene
+from physagent_studio.agent.rules.planner.stage_one import repair_likeness, repair_scene
 from physagent_studio.agent.rules.planner.trials import Candidate, Score, Search
 from physagent_studio.agent.rules.planner.wording import (
     apart_from_pace,
@@ -68,6 +68,8 @@ class RulePlanner:
             return followed
         if situation.assessment.passed:
             return what_is_asked(situation, search)
+        if (shaped := repair_likeness(situation)) is not None:
+            return shaped
         if {m.code for m in situation.assessment.diagnosis} == {"unlike_the_photo"}:
             # No schedule mends how a thing is drawn: a person chooses another mask or shape.
             return _stuck(situation, search)

@@ -10,6 +10,7 @@ from physagent_studio.agent.roles import Situation
 from physagent_studio.agent.rules.planner.factors import may_change
 from physagent_studio.agent.rules.planner.wording import proposal
 from physagent_studio.agent.rules.verifier.verifier import shortfall
+from physagent_studio.contract.view import COVERS
 from physagent_studio.errors import Cancelled, StudioError
 from physagent_studio.program.edits import Edit, SetField, apply
 from physagent_studio.reconstruction.photo.colours import colour_of, places_of
@@ -36,6 +37,36 @@ def repair_scene(situation: Situation) -> Proposal:
     text = worst.text if worst is not None else _unmeasured(situation)
     asked = f"{text[0].upper()}{text[1:]}. Can you click inside {about}, or draw a box?"
     return proposal(situation.program, f"nothing is left to try: {text}", question=asked)
+
+
+def repair_likeness(situation: Situation) -> Proposal | None:
+    """Another kind of shape for what is not drawn as the photograph shows it, or None.
+
+    Of the kinds that cover the mask well enough the likeliest one; no schedule mends that.
+    """
+    scene = situation.scene
+    for mismatch in situation.assessment.diagnosis:
+        name, item = mismatch.subject, situation.program.scene.object(mismatch.subject)
+        if mismatch.code != "unlike_the_photo" or scene is None or item is None:
+            continue
+        now = item.shape.kind if item.shape is not None else item.form
+        for offer in scene.shapes.get(name, ()):
+            if offer.kind == now or offer.iou < COVERS:
+                continue
+            base = f"scene.objects.{name}"
+            edits = (
+                SetField(path=f"{base}.form", value=offer.kind),
+                SetField(path=f"{base}.shape", value=None),
+                SetField(path=f"{base}.position", value=None),
+            )
+            if _is_fresh(situation, edits):
+                words = f"take {offer.kind} for the shape of {name}"
+                why = f"Because {mismatch.text}: {words}."
+                return proposal(
+                    situation.program, why, edits, summary=words, factor="primitive",
+                    confidence=0.5,
+                )  # fmt: skip
+    return None
 
 
 def _unmeasured(situation: Situation) -> str:

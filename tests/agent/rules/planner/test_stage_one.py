@@ -10,8 +10,18 @@ import numpy as np
 
 from physagent_studio.agent.roles import Situation, Trial
 from physagent_studio.agent.rules import RuleGenerator, RulePlanner, RuleVerifier
+from physagent_studio.agent.rules.planner.stage_one import repair_likeness
 from physagent_studio.program import PhysicalProgram, SceneState, apply
-from physagent_studio.records import Candidate, Finding, Memory, MemoryEntry, Scene, SceneEvidence
+from physagent_studio.records import (
+    Candidate,
+    Finding,
+    Memory,
+    MemoryEntry,
+    Mismatch,
+    Scene,
+    SceneEvidence,
+    ShapeOffer,
+)
 from tests.agent.rules.scenes import STAGES
 
 STAGE = STAGES["lane"]
@@ -109,3 +119,32 @@ def test_what_was_tried_is_not_tried_again() -> None:
     )
     again = RulePlanner().propose(replace(fits, memory=Memory(entries=(entry,))))
     assert again.edits != first.edits
+
+
+def unlike(*offers: tuple[str, float]) -> Situation:
+    """The middle pin is drawn unlike the photograph; other shapes cover so much of its mask."""
+    now = situation(lambda state: 0.1)
+    worst = Mismatch(code="unlike_the_photo", text="it is drawn otherwise", subject="middle_pin")
+    shapes = {"middle_pin": tuple(ShapeOffer(kind, share, share) for kind, share in offers)}
+    return replace(
+        now,
+        scene=replace(now.scene, shapes=MappingProxyType(shapes)),
+        assessment=now.assessment.model_copy(
+            update={"stage": "simulation", "diagnosis": (worst,), "passed": False}
+        ),
+    )
+
+
+def test_what_is_drawn_otherwise_gets_the_likeliest_shape_that_covers_its_mask() -> None:
+    now = unlike(("box", 0.91), ("inflated", 0.96), ("capsule", 0.98))
+    proposal = RulePlanner().propose(now)
+    assert proposal.factor == "primitive"
+    assert proposal.simulations == 0
+    item = apply(now.program, proposal.edits).scene.object("middle_pin")
+    assert item is not None
+    assert (item.form, item.shape, item.position) == ("inflated", None, None)
+
+
+def test_where_no_shape_covers_its_mask_a_person_is_asked() -> None:
+    now = unlike(("box", 0.91), ("capsule", 0.92))
+    assert repair_likeness(now) is None

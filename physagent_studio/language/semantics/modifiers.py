@@ -45,6 +45,9 @@ def details_of(
             details.unknown[word] = None
         else:
             _adverb(word, details, talk)
+    if sense in ("kick", "throw") and "up" in clause.adverbs and details.direction != "up":
+        # "Is kicked up to the left": through the air, and that way.
+        details.posture = details.posture or "airborne"
     ways = {v.DIRECTIONS.get(word) for word in clause.adverbs}
     ways |= {preposition for preposition, _ in clause.places}
     for one, other in (("left", "right"), ("up", "down")):

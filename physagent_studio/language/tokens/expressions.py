@@ -27,6 +27,8 @@ _PLAIN = {
     "around the": "round the",
     "after": "only after|right after|just after|shortly after",
     "to": "over to|in order to",
+    "up leftwards": "up to the left",
+    "up rightwards": "up to the right",
     "to the": "up to the",
     **{word: f"back {word}" for word in ("down", "up", "onto", "on", "into", "in")},
     "away_from": "away from",
@@ -61,7 +63,7 @@ _PLAIN = {
     "on its left side|to its left side|onto its right side|on its right side|to its right side|"
     "over to its side|over to its left side|over to its right side",
     "inverted": "upside down",
-    "airborne": "in the air|through the air|in mid air",
+    "airborne": "in the air|through the air|in mid air|into the air",
     "motionless": "on the spot|in place|at rest",
     "where_it_started": "where it started|where it came from",
     "m/s": "meters per second|metres per second|meter per second|metre per second",

@@ -64,7 +64,11 @@ def kick(c: Context) -> list[Spec]:
     """Gets a speed in a moment."""
     found = [*move(c), spec("speed_between", c.subject, low=0.8)]
     high = c.frame.posture == "airborne"
-    return [*found, spec("airborne", c.subject, seconds=0.15)] if high else found
+    if not high:
+        return found
+    # As high as it is large: a hop is not seen to be one.
+    risen = spec("moves", c.subject, distance=c.length(1.0, 0.02, 0.5), direction="up")
+    return [*found, spec("airborne", c.subject, seconds=0.15), risen]
 
 
 def crush(c: Context) -> list[Spec]:

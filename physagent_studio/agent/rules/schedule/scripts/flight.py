@@ -50,6 +50,8 @@ def through_air(task: Task) -> list[Action]:
 def _off_somewhere(task: Task) -> Action:
     """A kick that way which is said, to come down where it is still seen."""
     speed, elevation = (4.0 if not task.intent.manner("gentle", "slow") else 2.0), 35.0
+    if any(frame.posture == "airborne" for frame in task.intent.frames):
+        elevation = 60.0
     way = task.way() or "away"
     room = good_way(task.layout, task.name, WAYS[way])
     if way == "up":

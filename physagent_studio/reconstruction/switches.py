@@ -23,6 +23,7 @@ MASKS = {
 }
 """What the segmenter can leave out, by name, and what it does."""
 PLATES = {
+    "soft outlines": "the hole is as wide as the thing's colours fade",
     "leftovers": "what masks have missed, by its colour, leaves too",
     "floor reflections": "mirror images on polished ground leave",
     "cast shadows": "shade at the feet leaves",

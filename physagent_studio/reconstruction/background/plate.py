@@ -31,6 +31,7 @@ from physagent_studio.reconstruction.background.lines_behind import (
 )
 from physagent_studio.reconstruction.background.mosaic import mosaic
 from physagent_studio.reconstruction.background.shift_map import shift, to_level
+from physagent_studio.reconstruction.background.soft_outlines import soft_width
 from physagent_studio.reconstruction.background.structure import Structure
 from physagent_studio.reconstruction.background.surfaces import SURFACE, surfaces
 from physagent_studio.reconstruction.photo.line_segments import Segments, with_hues
@@ -108,6 +109,9 @@ def taken_out(
         rooted = ()
     loose = [mask for mask in masks if not any(mask is other for other in rooted)]
     hole = hole_of(loose, photo.shape[:2])
+    if at_work("soft outlines"):
+        for mask in loose:
+            hole |= grow(mask, soft_width(photo, mask, _rim(hole.shape)))
     feet = _feet(rooted, hole.shape)
     # 1..8: of the outline's width, of what grows: single leaves and twigs are there
     spray_factor = 4

@@ -17,6 +17,7 @@ MASKS = {
     "settled outline": "the outline settled at the size of the picture",
     "stacks": "things of one kind above one another cut apart along seams",
     "settled seams": "seams moved to where they are seen best",
+    "round masks": "of the masks of a ball a rounder one is likelier",
     "ball outlines": "balls cover what spheres do",
     "foot spill": "no shade at the foot of round fruit",
     "clicks of others": "clicks on other things lie outside",

@@ -19,6 +19,7 @@ MASKS = {
     "settled seams": "seams moved to where they are seen best",
     "round masks": "of the masks of a ball a rounder one is likelier",
     "ball outlines": "balls cover what spheres do",
+    "box outlines": "what a box's mask lost on one side comes back from the other",
     "foot spill": "no shade at the foot of round fruit",
     "clicks of others": "clicks on other things lie outside",
 }

@@ -76,6 +76,7 @@ BODIES = {
     "parts beside": "handles and legs that the body leaves out are drawn",
     "legs": "deep things stand on posts",
     "feet": "silhouettes are laid across two feet",
+    "bodies without parts": "what stands off a body does not make it wider",
     "stems": "parts beside the body are drawn with it",
     "alike kinds": "things of one name have one kind of form",
     "depenetration": "what stands in another is moved away",

@@ -23,7 +23,7 @@ class Usual:
     """metres: longer visible side. spread: of its logarithm. shapes: likely ones, best first.
 
     known: whether the name said it. depth, aspect, lies: as in `objects.yaml`. drives: whether it
-    stands on wheels under its length.
+    stands on wheels under its length. parts: what it has beside its body, as in `objects.yaml`.
     """
 
     metres: float
@@ -34,6 +34,7 @@ class Usual:
     aspect: tuple[float, float] | None = None
     lies: float | None = None
     drives: bool = False
+    parts: tuple[str, ...] = ()
 
 
 UNKNOWN = Usual(0.3, 1.0, (), False)
@@ -101,7 +102,9 @@ def usual_size(name: str) -> Usual:
             metres, spread = metres * word_lists().times[word], spread + ADJECTIVE_SPREAD
     aspect = kind.aspect or (BALL_ASPECT if kind.shapes[0] == "sphere" else None)
     drives = kind.wheels == "long_axis"
-    return Usual(metres, spread, kind.shapes, True, kind.depth, aspect, kind.lies, drives)
+    return Usual(
+        metres, spread, kind.shapes, True, kind.depth, aspect, kind.lies, drives, kind.parts
+    )
 
 
 def support_height(name: str) -> float | None:

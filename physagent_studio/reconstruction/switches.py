@@ -17,7 +17,9 @@ MASKS = {
     "settled outline": "the outline settled at the size of the picture",
     "stacks": "things of one kind above one another cut apart along seams",
     "settled seams": "seams moved to where they are seen best",
+    "round masks": "of the masks of a ball a rounder one is likelier",
     "ball outlines": "balls cover what spheres do",
+    "box outlines": "what a box's mask lost on one side comes back from the other",
     "foot spill": "no shade at the foot of round fruit",
     "clicks of others": "clicks on other things lie outside",
 }
@@ -75,6 +77,7 @@ BODIES = {
     "parts beside": "handles and legs that the body leaves out are drawn",
     "legs": "deep things stand on posts",
     "feet": "silhouettes are laid across two feet",
+    "bodies without parts": "what stands off a body does not make it wider",
     "stems": "parts beside the body are drawn with it",
     "alike kinds": "things of one name have one kind of form",
     "depenetration": "what stands in another is moved away",

@@ -14,6 +14,7 @@ import numpy as np
 
 from physagent_studio.language import SceneHints
 from physagent_studio.program.scene.state import SceneObject
+from physagent_studio.reconstruction.masks.box_outlines import as_box
 from physagent_studio.reconstruction.masks.ground_spill import without_ground
 from physagent_studio.reconstruction.masks.round_outlines import (
     ROUND,
@@ -53,7 +54,9 @@ def sound_masks(
         beside = np.any(others, axis=0) if others else np.zeros_like(mask)
         shapes = told.usual(item.name).shapes
         if shapes[:1] != ("sphere",):
-            out[item.name] = without_ground(photo, mask, beside)
+            own = without_ground(photo, mask, beside)
+            is_box = shapes == ("box",) and at_work("box outlines")
+            out[item.name] = as_box(own, beside) if is_box else own
             continue
         if shapes == ("sphere",) and at_work("ball outlines"):
             out |= _with_ball(photo, item.name, out, yielding - {item.name})

@@ -7,13 +7,15 @@ away from it.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from physagent_studio.reconstruction.photo.regions import BoolArray, iou
+from physagent_studio.records.scene import Candidate
 
 FloatArray = NDArray[np.float64]
 
@@ -36,6 +38,7 @@ class RoundSettings:
     # 0.9..1: IoU with its own ellipse, beyond which a mask lost and took on nothing
     min_oval_ratio: float = 0.97
     max_lost_share: float = 0.15  # 0.05..0.4: of a mask: more that is missing was hidden, not lost
+    score_share: float = 0.15  # 0..0.5: of a ball's mask's score, by how much of it is round
 
 
 ROUND = RoundSettings()
@@ -81,6 +84,21 @@ def as_ball(mask: BoolArray, others: BoolArray) -> BoolArray:
     if np.count_nonzero(lost) > ROUND.max_lost_share * np.count_nonzero(mask):
         return mask & ball
     return (mask & ball) | lost
+
+
+def rounder_first(offers: Sequence[Candidate]) -> tuple[Candidate, ...]:
+    """Masks of a ball, best first, each by its score and by how much of its outline is round."""
+    own = ROUND.score_share
+    weighed = [
+        replace(offer, score=(1 - own) * offer.score + own * _roundness(offer.mask))
+        for offer in offers
+    ]
+    return tuple(sorted(weighed, key=lambda offer: -offer.score))
+
+
+def _roundness(mask: BoolArray) -> float:
+    found = round_outline(mask)
+    return 0.0 if found is None else found.share
 
 
 def round_outline(

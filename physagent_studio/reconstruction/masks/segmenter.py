@@ -13,11 +13,13 @@ from typing import Protocol
 
 import numpy as np
 
+from physagent_studio.knowledge.things import usual_size
 from physagent_studio.program.scene.state import Click, Grounding, Stroke
 from physagent_studio.reconstruction.learned.at_hand import NOTHING, Learned
 from physagent_studio.reconstruction.masks.box_drafts import found_in
 from physagent_studio.reconstruction.masks.draft_score import Draft
 from physagent_studio.reconstruction.masks.learned_offers import ranked_together
+from physagent_studio.reconstruction.masks.round_outlines import rounder_first
 from physagent_studio.reconstruction.masks.stacks import stacked, stacks_of
 from physagent_studio.reconstruction.masks.strokes import corrected, covered, drawn, seeds_of
 from physagent_studio.reconstruction.masks.task import (
@@ -143,7 +145,9 @@ class EmbeddedSegmenter:
         if meanwhile is not None:
             meanwhile(name, lambda: tuple(full_size(image, *one, settled=False) for one in best))
         with ThreadPoolExecutor(2) as pool:
-            return tuple(pool.map(lambda one: full_size(image, *one), best))
+            offers = tuple(pool.map(lambda one: full_size(image, *one), best))
+        is_ball = usual_size(name).shapes == ("sphere",) and at_work("round masks")
+        return rounder_first(offers) if is_ball else offers
 
     def _whole(self, image: Image, grounding: Grounding) -> BoolArray | None:
         """(H, W) all layers of a stack that are marked together; None where nothing is found.

@@ -37,6 +37,7 @@ from physagent_studio.reconstruction.shapes.prisms import plan_seen, prism_mesh
 from physagent_studio.reconstruction.shapes.revolution import mirror_symmetry, revolved
 from physagent_studio.reconstruction.shapes.rings import fit_ring, hole_of
 from physagent_studio.reconstruction.shapes.silhouettes import silhouette
+from physagent_studio.reconstruction.shapes.stems import WITH_PARTS, blobs
 from physagent_studio.reconstruction.switches import at_work
 from physagent_studio.records.scene import Mesh
 
@@ -58,6 +59,9 @@ class FormSettings:
     thick_deg: float = 30.0  # 10..60: on thick ones
     # 0.8..1: of a round body's half height, where the flats of a stack begin
     flat_share: float = 0.94
+    part_rounds: int = 8  # 1..16: in which a body and what stands off it are told apart
+    min_part_step: float = 0.005  # IoU, 0..0.05: of body and parts, for which there is another
+    min_part_gain: float = 0.03  # IoU, 0..0.1: in all, for which the body is taken without them
 
 
 FORM = FormSettings()
@@ -90,8 +94,54 @@ def forms(
     """All forms that fit the mask at `base`, best first; never empty for a mask of ≥ 12 pixels.
 
     kind: the one that is asked for comes first; only: no others are tried then. hidden: pixels
-    (H, W) of other objects, which may cover parts. found: straight edges of the picture.
+    (H, W) of other objects, which may cover parts. found: straight edges of the picture. What has
+    a handle or a stem is fitted once more without what stands off, where that shows more of it.
     """
+
+    def fitted(own: BoolArray, covered: BoolArray | None) -> list[Form]:
+        return _fitted(camera, own, base, usual, kind, covered, only=only, found=found)
+
+    first = fitted(mask, hidden)
+    if not usual.parts or not at_work("bodies without parts"):
+        return first
+    best, (beside, before) = first, _beside(camera, mask, first[0])
+    shown = before
+    for _ in range(FORM.part_rounds):
+        if not beside.any():
+            break
+        covered = beside if hidden is None else hidden | beside
+        again = fitted(mask & ~beside, covered)
+        beside, value = _beside(camera, mask, again[0])
+        if value <= shown + FORM.min_part_step:
+            break
+        best, shown = again, value
+    return best if shown > before + FORM.min_part_gain else first
+
+
+def _beside(camera: Camera, mask: BoolArray, form: Form) -> tuple[BoolArray, float]:
+    """(H, W) what a mask shows standing off a body, and the IoU with it of both together.
+
+    Nothing beside what is made from the mask itself.
+    """
+    world = form.mesh.vertices @ matrix_of(form.rotation).T + np.array(form.position)
+    body = silhouette(camera, world, form.mesh.faces)
+    found = blobs(mask, body) if form.kind in WITH_PARTS else []
+    parts = np.any(found, axis=0) if found else np.zeros_like(mask)
+    return parts, iou(body | parts, mask)
+
+
+def _fitted(
+    camera: Camera,
+    mask: BoolArray,
+    base: Base,
+    usual: Usual,
+    kind: str | None = None,
+    hidden: BoolArray | None = None,
+    *,
+    only: bool = True,
+    found: Segments | None = None,
+) -> list[Form]:
+    """All forms that fit the mask, best first; see `forms`."""
     wanted = (kind,) if kind is not None else ()
     if kind is None or not only:
         wanted = tuple(dict.fromkeys((*wanted, *_worth_trying(mask, usual, hidden))))

@@ -35,9 +35,10 @@ class StemSettings:
 
 STEM = StemSettings()
 
-_PRIMITIVES = frozenset(
+WITH_PARTS = frozenset(
     ["sphere", "ellipsoid", "box", "cylinder", "capsule", "frustum", "revolved", "torus"]
 )
+"""Kinds that leave parts out; a body made from the mask itself has them in it."""
 
 
 def with_parts(
@@ -51,25 +52,25 @@ def with_parts(
     if not at_work("stems"):
         return mesh
     kind = item.shape.kind if item.shape is not None else None
-    if kind not in _PRIMITIVES or usual.shapes == (kind,) or not mask.any():
+    if kind not in WITH_PARTS or usual.shapes == (kind,) or not mask.any():
         return mesh
     body = silhouette(camera, in_world(item, mesh), mesh.faces)
-    blobs = _blobs(mask, body)
+    found = blobs(mask, body)
     vertices, faces = [mesh.vertices], [mesh.faces]
     low = float(in_world(item, mesh)[:, 2].min())
     turn, place = matrix_of(item.rotation), np.asarray(item.position)
-    for blob in blobs:
+    for blob in found:
         world, triangles = sheet_on_plane(blob, camera, place)
         # What stands on the ground does not reach into it with its parts.
         world[:, 2] = np.maximum(world[:, 2], low)
         faces.append((triangles + sum(len(own) for own in vertices)).astype(np.int32))
         vertices.append((world - place) @ turn)
-    if not blobs:
+    if not found:
         return mesh
     return Mesh(np.vstack(vertices), np.vstack(faces).astype(np.int32), color=mesh.color)
 
 
-def _blobs(mask: BoolArray, body: BoolArray) -> list[BoolArray]:
+def blobs(mask: BoolArray, body: BoolArray) -> list[BoolArray]:
     """The parts of a mask beside a body (H, W), each reaching a little into it."""
     x0, y0, x1, y1 = bounds(mask)
     side = max(x1 - x0, y1 - y0)

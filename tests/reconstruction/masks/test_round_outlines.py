@@ -9,8 +9,13 @@ import pytest
 from physagent_studio.language import hints
 from physagent_studio.program.scene.state import Grounding, SceneObject, Stroke
 from physagent_studio.reconstruction.masks.foot_spill import sound_masks
-from physagent_studio.reconstruction.masks.round_outlines import as_ball, round_outline
+from physagent_studio.reconstruction.masks.round_outlines import (
+    as_ball,
+    round_outline,
+    rounder_first,
+)
 from physagent_studio.reconstruction.photo.regions import BoolArray, iou
+from physagent_studio.records.scene import Candidate
 
 NONE = np.zeros((240, 320), bool)
 
@@ -52,6 +57,15 @@ def test_a_clean_oval_and_what_is_not_round_stay() -> None:
     box[60:170, 100:200] = True
     for mask in (_ball(axes=(50, 42)), box):
         assert as_ball(mask, NONE) is mask
+
+
+def test_of_equally_likely_masks_of_a_ball_the_round_one_leads() -> None:
+    ball, half = _ball(), _ball()
+    half[:110] = False
+    offers = (Candidate(half, 0.77, "cut"), Candidate(ball, 0.76, "map"))
+    assert rounder_first(offers)[0].mask is ball
+    surer = (Candidate(half, 0.9, "cut"), Candidate(ball, 0.6, "map"))
+    assert rounder_first(surer)[0].mask is half
 
 
 @pytest.mark.parametrize("x", [60, 265])

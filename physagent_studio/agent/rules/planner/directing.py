@@ -201,9 +201,11 @@ def replanned(
         if not isinstance(vector, Directed) or not isinstance(action, ApplyForce | SetVelocity):
             continue
         speeds = isinstance(action, SetVelocity) or vector.quantity == "target_speed"
-        if gentler != 1 and speeds:
+        # Over the same way a brake ends a slower motion by the square of how much slower it is.
+        ratio = gentler if speeds else gentler**2 if _is_brake(vector) else 1.0
+        if ratio != 1:
             field = "force" if isinstance(action, ApplyForce) else "velocity"
-            value = float(f"{vector.magnitude * gentler:.5g}")
+            value = float(f"{vector.magnitude * ratio:.5g}")
             edits.append(SetField(path=f"{base}.{field}.magnitude", value=value))
         blow = getattr(action, "duration", 0) * program.clip.step_seconds < DIRECTING.blow_seconds
         if longer != 1 and isinstance(action, ApplyForce) and speeds and not blow:
@@ -217,6 +219,10 @@ def replanned(
     except StudioError:
         return ()
     return (*edits, *retimed(changed, changed.clip.time_factor * slower))
+
+
+def _is_brake(vector: Directed) -> bool:
+    return vector.along == "against_velocity" and vector.quantity == "acceleration"
 
 
 def begun_sooner(program: PhysicalProgram, rollout: Rollout) -> tuple[Edit, ...]:

@@ -35,11 +35,18 @@ def time_to_fall(height: float) -> float:
     return math.sqrt(2 * max(height, 0.0) / G)
 
 
-def launch(distance: float, rise: float, seconds: float) -> tuple[float, float]:
-    """Speed and elevation (degrees) of a throw that is `distance` away and `rise` up after
-    `seconds`."""
-    across, up = distance / seconds, rise / seconds + G * seconds / 2
-    return math.hypot(across, up), math.degrees(math.atan2(up, across))
+def launch(distance: float, rise: float, seconds: float, push: float = 0.0) -> tuple[float, float]:
+    """Speed and elevation (degrees) of a throw that is `distance` away and `rise` up `seconds`
+    after it is let go.
+
+    push: s for which it is pushed before. It goes half as far in them as it does afterwards, and
+    gravity, which a push only makes up for along its own line, bends its way down: it is aimed
+    higher by as much.
+    """
+    flown = seconds + push / 2
+    across, up = distance / flown, (rise + G * seconds * seconds / 2) / flown
+    aim = math.atan2(up + G * push, across)
+    return across * math.cos(aim) + up * math.sin(aim), math.degrees(aim)
 
 
 def speed_to_topple(height: float, half_width: float) -> float:

@@ -166,6 +166,8 @@ def _by_sense(task: Task) -> Script:
         return _nothing
     if _spins_first(task):
         return scripts.spin_over
+    if _goes_first(task):
+        return scripts.go_over
     if (
         intent.has("spin")
         and intent.has("move", "slide", "drift")
@@ -186,6 +188,16 @@ def _spins_first(task: Task) -> bool:
     told = [frame.sense for frame in task.intent.frames if not frame.negated]
     over = next((k for k, sense in enumerate(told) if sense in _OVER), 0)
     return "spin" in told[:over] and _can_only_topple_here(task) and not task.intent.has(*_GROUND)
+
+
+def _goes_first(task: Task) -> bool:
+    """ "It rolls, slows down and falls over": on level ground, one after the other."""
+    told = [frame.sense for frame in task.intent.frames if not frame.negated]
+    over = next((k for k, sense in enumerate(told) if sense in _OVER), 0)
+    goes = bool({"roll", "slide", "move", "slow"} & set(told[:over]))
+    alone = not task.intent.hits and not task.intent.struck_by and task.target() is None
+    level = task.layout.downhill(task.name) is None and task.wheels is None
+    return goes and alone and level and _can_only_topple_here(task)
 
 
 def _tips_onto(task: Task) -> bool:

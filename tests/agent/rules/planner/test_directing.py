@@ -178,3 +178,12 @@ def test_a_force_in_newtons_is_left_as_it_is() -> None:
 
 def test_nothing_to_change_makes_no_edits() -> None:
     assert replanned(rolling(3.0), 1.0, 1.0, 1.0) == ()
+
+
+def test_a_brake_is_gentler_by_the_square() -> None:
+    brake = push(0.8, duration=100, quantity="acceleration", direction=None)
+    brake |= {"id": "brake", "force": brake["force"] | {"along": "against_velocity"}}
+    program = filmed([BALL], [push(0.4), brake])
+    slower = apply(program, replanned(program, 0.5, 2.0, 1.0))
+    assert value_at(slower, "event.actions.brake.force.magnitude") == pytest.approx(0.2)
+    assert value_at(slower, "event.actions.brake.duration") == 100

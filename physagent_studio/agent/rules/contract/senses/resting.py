@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from physagent_studio.agent.rules.contract.senses.common import posture, quality, rolls, still
+from physagent_studio.agent.rules.contract.sequence import OVER
 from physagent_studio.agent.rules.contract.specs import SPEC, Context, Spec, spec
 from physagent_studio.agent.rules.scene.measures import place_name
 from physagent_studio.language import EventFrame
@@ -72,8 +73,12 @@ def _so_near(c: Context, name: str) -> list[Spec]:
 
 
 def slow(c: Context) -> list[Spec]:
-    """ "Slows down and stops": it stops; how much slower it gets otherwise is not told."""
-    return [spec("stops", c.subject)] if any(f.sense == "stop" for f in c.later) else []
+    """ "Slows down and stops", or falls over or flat: it is at rest in the end.
+
+    How much slower it gets otherwise is not told.
+    """
+    rests = any(f.sense in ("stop", *OVER) or f.posture == "flat" for f in c.later if not f.negated)
+    return [spec("stops", c.subject)] if rests else []
 
 
 _GOING_ON = words_of("move roll slide drift fall fly jump bounce accelerate reverse curve leave")

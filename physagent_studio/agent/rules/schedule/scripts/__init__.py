@@ -30,6 +30,7 @@ from physagent_studio.agent.rules.schedule.scripts.landing import (
 )
 from physagent_studio.agent.rules.schedule.scripts.task import Task
 from physagent_studio.agent.rules.schedule.scripts.turns import (
+    go_over,
     spin_about,
     spin_along,
     spin_over,

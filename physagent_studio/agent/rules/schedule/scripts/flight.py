@@ -40,9 +40,10 @@ def through_air(task: Task) -> list[Action]:
     if (hops := _hops(task)) > 1:
         distance, rise = distance / hops, 0.0
     seconds = float(np.clip(0.35 + 0.06 * distance, 0.4, task.seconds(0.35)))
-    speed, elevation = mech.launch(distance, rise, seconds)
+    kick = act.STEPS.kick_steps * task.clip.step_seconds
+    speed, elevation = mech.launch(distance, rise, seconds, kick)
     if elevation < 10.0:
-        speed, elevation = mech.launch(distance, rise, seconds * 1.4)
+        speed, elevation = mech.launch(distance, rise, seconds * 1.4, kick)
     force = act.toward_or_along(speed, toward=place_name(target), elevation=elevation)
     return [act.push(task.name, force, duration=act.STEPS.kick_steps, label="kick")]
 

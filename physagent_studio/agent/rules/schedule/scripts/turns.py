@@ -14,10 +14,13 @@ from physagent_studio.agent.rules.schedule.scripts.task import UP, Task
 from physagent_studio.program.actions import Action, Direction, duration_of
 
 
-def tip(task: Task) -> list[Action]:
-    """A push at the top that brings its centre over its lower edge."""
+def tip(task: Task, said: Direction | None = None) -> list[Action]:
+    """A push at the top that brings its centre over its lower edge.
+
+    said: which way, where that is not the way that is told of it.
+    """
     layout = task.layout
-    way = WAYS[task.way() or _free_way(task)]
+    way = WAYS[said or task.way() or _free_way(task)]
     if abs(way[2]) > 0.5:
         way = WAYS["right"]
     onto = task.onto()
@@ -114,6 +117,21 @@ def spin_over(task: Task) -> list[Action]:
     spun = spin_about(task)
     later = max(action.start_step + duration_of(action) for action in spun)
     return spun + [a.model_copy(update={"start_step": a.start_step + later}) for a in tip(task)]
+
+
+def go_over(task: Task) -> list[Action]:
+    """Goes along the ground, and when it is slow again falls over to the side, where it is thin.
+
+    Who pushes it lets go after a quarter of the clip, and it falls in the middle of it.
+    """
+    push, *rest = along_ground(task)
+    most = round(task.seconds(0.25) / task.clip.step_seconds)
+    push = push.model_copy(update={"duration": min(duration_of(push), most)})
+    later = round(task.seconds(0.5) / task.clip.step_seconds)
+    sides: tuple[Direction, ...] = ("toward_camera", "away", "right", "left")
+    thin = min(sides, key=lambda side: task.layout.extent(task.name, WAYS[side]))
+    over = [a.model_copy(update={"start_step": later}) for a in tip(task, thin)]
+    return [push, *rest, *over]
 
 
 def spin_along(task: Task) -> list[Action]:

@@ -1,0 +1,52 @@
+"""A body is as wide as it is, whatever stands off it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import cv2
+import numpy as np
+import pytest
+
+from physagent_studio.knowledge.things import usual_size
+from physagent_studio.program.scene.camera import Camera
+from physagent_studio.program.scene.state import Cylinder
+from physagent_studio.reconstruction import mesh_of
+from physagent_studio.reconstruction.photo.regions import BoolArray
+from physagent_studio.reconstruction.shapes.forms import Form, forms
+from physagent_studio.reconstruction.shapes.primitives import Base
+from physagent_studio.reconstruction.shapes.silhouettes import silhouette
+
+CAMERA = Camera.from_horizon((640, 480), 120, 0.35, focal=620.0)
+CUP = Cylinder(radius=0.045, height=0.11)
+
+
+def _mask(*, handle: bool) -> BoolArray:
+    """(H, W) a cup 0.8 m away, with its handle's hole taken for a part of it."""
+    mesh = mesh_of(CUP)
+    world = mesh.vertices + np.array([0.0, 0.8, CUP.height / 2])
+    body = silhouette(CAMERA, world, mesh.faces)
+    rows, columns = np.nonzero(body)
+    middle, right = int(rows.mean()), int(columns.max())
+    canvas = body.astype(np.uint8)
+    if handle:
+        cv2.ellipse(canvas, (right, middle), (28, 26), 0, -90, 90, 1, -1)
+    return canvas.astype(bool)
+
+
+def _radius(form: Form) -> float:
+    """Half of how wide its mesh is, m."""
+    return float(np.ptp(form.mesh.vertices[:, 0])) / 2
+
+
+@pytest.mark.parametrize("handle", [False, True])
+def test_a_handle_makes_a_cup_no_wider(handle: bool) -> None:
+    base = Base(0.0, 0.75, 0.0)
+    found = forms(CAMERA, _mask(handle=handle), base, usual_size("mug"), "cylinder")
+    assert _radius(found[0]) == pytest.approx(CUP.radius, rel=0.1)
+
+
+def test_what_has_no_handle_keeps_its_bulge() -> None:
+    base, plain = Base(0.0, 0.75, 0.0), replace(usual_size("mug"), parts=())
+    found = forms(CAMERA, _mask(handle=True), base, plain, "cylinder")
+    assert _radius(found[0]) > 1.1 * CUP.radius

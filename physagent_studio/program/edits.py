@@ -76,10 +76,11 @@ def apply_with_inverse(
     """The edited program and the edits that lead back from it to `program`."""
     data: Any = program.model_dump(mode="json")
     inverse: list[Edit] = []
+    fresh = False
     for edit in edits:
+        data = _completed(data) if fresh else data
         inverse.append(_apply_one(data, edit))
-        if isinstance(edit, AddItem | SetField):
-            data = _completed(data)
+        fresh = isinstance(edit, AddItem | SetField)
     return validate_data(data), tuple(reversed(inverse))
 
 

@@ -27,6 +27,7 @@ from physagent_studio.errors import Cancelled, StudioError
 from physagent_studio.jobs import Executor, Inline, JobFailed, Limits
 from physagent_studio.program import PhysicalProgram, SceneState
 from physagent_studio.program.scene.state import Meshed
+from physagent_studio.reconstruction.cache import same_sight
 from physagent_studio.reconstruction.learned.at_hand import Learned, learned_here
 from physagent_studio.records import Case, Check, Image, Mesh, Rollout, Scene
 from physagent_studio.records.clip_look import AS_DRAWN, ClipLook
@@ -85,7 +86,7 @@ class Engine:
     executor: Executor = field(default_factory=Inline)
     searching: Executor | None = None
     _scenes: dict[str, Scene] = field(default_factory=dict)
-    _drawn: dict[str, dict[str, Drawn]] = field(default_factory=dict)
+    _likened: tuple[Scene, Mapping[str, Drawn]] | None = None
 
     def crew(self, by_hand: Collection[RoleName] = ()) -> Crew:
         """Who plays the three roles; a language model's calls are kept in the session's log.
@@ -176,6 +177,9 @@ class Engine:
         # Masks and plate of any earlier scene of the picture serve as long as they fit.
         near = previous or next(reversed(self._scenes.values()), None)
         values = (self.case, state, near, self._assets(state), self.learned)
+        if near is not None and same_sight(near.state, state):
+            # Nothing is looked at again: what it looked at stays, and is known again as the same.
+            return tasks.reconstructed(*values)
         return self.carry_out(
             "the reconstruction", tasks.RECONSTRUCTION, tasks.reconstructed, *values
         )
@@ -233,10 +237,10 @@ class Engine:
         return measure(program, rollout, self.likeness(scene))
 
     def likeness(self, scene: Scene) -> Mapping[str, Drawn]:
-        """How like the photograph each thing of a scene is drawn."""
-        if scene.hash not in self._drawn:
-            self._drawn = {scene.hash: self._drawing(tasks.likened, scene)}
-        return self._drawn[scene.hash]
+        """How like the photograph each thing of a scene is drawn, however heavy or rough it is."""
+        if self._likened is None or not _drawn_alike(self._likened[0], scene):
+            self._likened = scene, self._drawing(tasks.likened, scene)
+        return self._likened[1]
 
     def sample(self, scene: Scene, rollout: Rollout) -> tuple[Image, ...]:
         """Every third frame of a rollout, rendered."""
@@ -263,6 +267,15 @@ class Engine:
 
     def _drawing(self, task: Callable[..., Result], *values: Any) -> Result:
         return self.carry_out("the rendering", tasks.RENDERING, task, *values)
+
+
+def _drawn_alike(one: Scene, other: Scene) -> bool:
+    """Whether two scenes show the same things in the same places: the same pixels when drawn."""
+    if one.hash == other.hash:
+        return True
+    kept = one.masks is other.masks and one.meshes is other.meshes
+    bodies = ([item.body for item in scene.state.objects] for scene in (one, other))
+    return kept and same_sight(one.state, other.state) and next(bodies) == next(bodies)
 
 
 def _hash(state: SceneState) -> str:

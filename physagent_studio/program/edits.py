@@ -80,8 +80,15 @@ def apply_with_inverse(
     for edit in edits:
         data = _completed(data) if fresh else data
         inverse.append(_apply_one(data, edit))
-        fresh = isinstance(edit, AddItem | SetField)
+        fresh = _brings_fields(edit)
     return validate_data(data), tuple(reversed(inverse))
+
+
+def _brings_fields(edit: Edit) -> bool:
+    """Whether what it writes may have defaults; a number in the place of another has none."""
+    if isinstance(edit, SetField):
+        return not isinstance(edit.value, int | float)
+    return isinstance(edit, AddItem)
 
 
 def _completed(data: Any) -> Any:

@@ -5,14 +5,15 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-from collections.abc import Callable, Collection, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal, TypeVar
 
 from physagent_studio.agent.by_hand import without_schedule
 from physagent_studio.agent.crew import Bench, Crew
+from physagent_studio.agent.previews import try_on
+from physagent_studio.agent.roles import Trial
 from physagent_studio.agent.rules import Easing, RuleGenerator, RulePlanner, RuleVerifier
 from physagent_studio.agent.vlm import (
     Answers,
@@ -24,7 +25,7 @@ from physagent_studio.agent.vlm import Limits as Spend
 from physagent_studio.contract import measure
 from physagent_studio.contract.view import Drawn
 from physagent_studio.errors import Cancelled, StudioError
-from physagent_studio.jobs import Executor, Inline, JobFailed, Limits
+from physagent_studio.jobs import Executor, Inline, JobFailed, Limits, Processes
 from physagent_studio.program import PhysicalProgram, SceneState
 from physagent_studio.program.scene.state import Meshed
 from physagent_studio.reconstruction.cache import same_sight
@@ -34,6 +35,7 @@ from physagent_studio.records.clip_look import AS_DRAWN, ClipLook
 from physagent_studio.records.loop_state import RoleName
 from physagent_studio.session import Session
 from physagent_studio.workbench import tasks
+from physagent_studio.workbench.ahead import Ahead, Lane, Lanes
 
 Result = TypeVar("Result")
 AgentName = Literal["rules", "vlm"]
@@ -69,9 +71,8 @@ class Engine:
 
     executor: who carries out the heavy steps; with processes they have the same bits, their
     crash or hang fails the step alone, and they end within a second where a person cancels.
-    searching: the one of several candidates of a search at a time, where it is another.
+    spare: the one of what a search may ask for next, where that is not done there as well.
     answers: what a model has answered before, by question, where a session is replayed.
-    simulations counts every run of the physics engine, searches and previews included.
     """
 
     session: Session
@@ -79,13 +80,13 @@ class Engine:
     control: Control = field(default_factory=Control)
     evidence: bool = True
     agent: AgentName = "rules"
-    simulations: int = 0
     learned: Learned = field(default_factory=learned_here)
     members: Crew | None = None
     answers: Mapping[str, dict[str, Any]] = field(default_factory=dict)
     executor: Executor = field(default_factory=Inline)
-    searching: Executor | None = None
+    spare: Executor | None = None
     _scenes: dict[str, Scene] = field(default_factory=dict)
+    _lanes: Lanes | None = None
     _likened: tuple[Scene, Mapping[str, Drawn]] | None = None
 
     def crew(self, by_hand: Collection[RoleName] = ()) -> Crew:
@@ -139,27 +140,40 @@ class Engine:
             put_rollout=session.put_rollout,
             get_rollout=session.rollout,
             put_frames=session.put_frames,
-            side_by_side=self.side_by_side,
+            ahead=self.ahead,
         )
 
-    @property
-    def pool(self) -> Executor:
-        """Who carries out several runs at a time."""
-        return self.searching or self.executor
+    def ahead(self, scene: Scene) -> Ahead | None:
+        """The trials of a scene on all cores; None where there is one."""
+        spare = self.spare or self.executor
+        width = spare.width + 1 if self.spare else spare.width
+        if width == 1:
+            return None
+        if self._lanes is None:
+            lanes = [self._lane(spare if number else self.executor) for number in range(width)]
+            self._lanes = Lanes(lanes, self.control.check)
+        # Known before several lanes ask for it at once.
+        self.likeness(scene)
+        return Ahead(self._lanes, scene)
 
-    def side_by_side(
-        self, work: Callable[[PhysicalProgram], Result], programs: Sequence[PhysicalProgram]
-    ) -> list[Result]:
-        """Some work on each program; heavy steps in it go to the processes for searches."""
-        pool, kept = self.pool, self.executor
-        if pool.width == 1:
-            return [work(program) for program in programs]
-        self.executor = pool
-        try:
-            with ThreadPoolExecutor(pool.width) as threads:
-                return list(threads.map(work, programs))
-        finally:
-            self.executor = kept
+    def _lane(self, executor: Executor) -> Lane:
+        """An engine of its own, whose work may be given up without the rest of it."""
+
+        def run(program: PhysicalProgram, scene: Scene, given_up: Callable[[], bool]) -> Trial:
+            control = Control(lambda: self.control.cancelled() or given_up())
+            own = replace(self, control=control, executor=executor)
+            return try_on(scene, own.reconstruct, own.trial, program)
+
+        def open_it() -> None:
+            if isinstance(executor, Processes):
+                executor.another(*tasks.MODULES)
+
+        return Lane(run, open_it)
+
+    def trial(self, program: PhysicalProgram, scene: Scene) -> Trial:
+        """One run of the physics engine and every check of it."""
+        values = (program, scene.meshes, self.likeness(scene))
+        return Trial(*self.carry_out("the simulation", tasks.SIMULATION, tasks.ran, *values))
 
     def reconstruct(self, state: SceneState, previous: Scene | None) -> Scene:
         """The scene of that state, from the cache where nothing changed."""
@@ -215,7 +229,6 @@ class Engine:
 
     def again(self, program: PhysicalProgram, scene: Scene, before: Rollout | None) -> Rollout:
         """One run that takes over what an edit cannot have changed; the same bits as `simulate`."""
-        self.simulations += 1
         values = (program, scene.meshes, before)
         return self.carry_out("the simulation", tasks.SIMULATION, tasks.simulated, *values)
 

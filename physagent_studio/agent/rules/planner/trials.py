@@ -49,7 +49,6 @@ class Score:
 
 
 Found = TypeVar("Found")
-WORST = Score(failing=10_000, shortfall=1e9)
 
 
 def weakness_of(checks: Iterable[Check]) -> float:

@@ -101,7 +101,7 @@ class Processes:
                 # What it keeps may be half of what it should be.
                 raise failure
         except BaseException:
-            # Ctrl+C as well: the next task may not get what was left over of this one as its answer.
+            # Ctrl+C as well: what is left of this answer may not be taken for that of the next.
             if process is not None:
                 process.end()
             self._replace()

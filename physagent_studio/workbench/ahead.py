@@ -16,8 +16,8 @@ from physagent_studio.agent.roles import Trial
 from physagent_studio.program import PhysicalProgram
 from physagent_studio.records import Scene
 
-Run = Callable[[PhysicalProgram, Scene, Callable[[], bool]], Trial]
-"""Tries a program on a scene until it is said to be given up, when it raises `Cancelled`."""
+Run = Callable[[PhysicalProgram, Scene], Trial]
+"""Tries a program on a scene."""
 Then = Callable[[], Sequence[PhysicalProgram]]
 WORTH_SECONDS = 1.0
 """Of waiting for trials, after which another process is started: that takes two and a half."""
@@ -29,7 +29,6 @@ POLL_SECONDS = 0.05
 class _Job:
     program: PhysicalProgram
     scene: Scene
-    given_up: bool = False
     future: Future[Trial] | None = None
 
 
@@ -82,15 +81,11 @@ class Lanes:
             self._jobs = [job]
             self._hand_out()
             self._jobs += [one for one in others if one is not job]
-            if job.future is None:
-                self._make_room()
         return job
 
     def give_up(self) -> None:
-        """Nothing is wanted any more."""
+        """Nothing is wanted any more; what runs ends by itself, for a process could be lost."""
         with self._news:
-            for job in self._jobs:
-                job.given_up = True
             self._jobs, self._awaited = [], None
 
     def _all_begun(self) -> list[_Job]:
@@ -108,9 +103,7 @@ class Lanes:
         for job in self._jobs:
             if job.future is None and self._free:
                 lane = self._free.pop()
-                job.future = lane.threads.submit(
-                    lane.run, job.program, job.scene, lambda job=job: job.given_up
-                )
+                job.future = lane.threads.submit(lane.run, job.program, job.scene)
                 job.future.add_done_callback(lambda _, lane=lane: self._freed(lane))
 
     def _freed(self, lane: Lane) -> None:
@@ -120,12 +113,6 @@ class Lanes:
                 # Else the search will say what it wants now that it has its answer.
                 self._hand_out()
             self._news.notify_all()
-
-    def _make_room(self) -> None:
-        """Gives up what was begun last: a guess that turns out to be wrong."""
-        for job in [job for job in self._all_begun() if not _is_done(job)][-1:]:
-            job.given_up = True
-            self._jobs.remove(job)
 
     def _open_where_worth(self, seconds: float) -> None:
         """Opens the other lanes once so much has been waited for that it will pay."""

@@ -157,11 +157,10 @@ class Engine:
         return Ahead(self._lanes, scene)
 
     def _lane(self, executor: Executor) -> Lane:
-        """An engine of its own, whose work may be given up without the rest of it."""
+        """An engine of its own."""
 
-        def run(program: PhysicalProgram, scene: Scene, given_up: Callable[[], bool]) -> Trial:
-            control = Control(lambda: self.control.cancelled() or given_up())
-            own = replace(self, control=control, executor=executor)
+        def run(program: PhysicalProgram, scene: Scene) -> Trial:
+            own = replace(self, executor=executor)
             return try_on(scene, own.reconstruct, own.trial, program)
 
         def open_it() -> None:

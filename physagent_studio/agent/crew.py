@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from physagent_studio.agent.roles import Director, Generator, Planner, Trial, Verifier
+from physagent_studio.agent.roles import Ahead, Director, Generator, Planner, Verifier
 from physagent_studio.program import PhysicalProgram, SceneState
 from physagent_studio.records import Case, Check, Image, Rollout, Scene
 
@@ -25,8 +25,8 @@ class Bench:
     """What the loop works with; the workbench supplies it.
 
     put/get pairs keep arrays out of the state: they return and take keys. evidence renders
-    the sampled frames of a rollout, or returns () where nothing shall be rendered. side_by_side
-    does some work on each program, on as many cores as there are for it.
+    the sampled frames of a rollout, or returns () where nothing shall be rendered. ahead
+    gives the trials of a scene on several cores, None where there is one.
     """
 
     case: Case
@@ -40,4 +40,4 @@ class Bench:
     put_rollout: Callable[[Rollout], str]
     get_rollout: Callable[[str], Rollout]
     put_frames: Callable[[tuple[Image, ...]], str]
-    side_by_side: Callable[..., list[Trial | None]] = lambda work, programs: [*map(work, programs)]
+    ahead: Callable[[Scene], Ahead | None] = lambda scene: None

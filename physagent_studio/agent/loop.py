@@ -7,12 +7,10 @@ never simulates. Every state that `advance` returns can be persisted and continu
 
 from __future__ import annotations
 
-from functools import partial
-
 from physagent_studio.agent.by_hand import turn_of
 from physagent_studio.agent.crew import Bench, Crew
 from physagent_studio.agent.memory import changed_among, memory_of
-from physagent_studio.agent.previews import preview_of, trial_of, tried, without_run
+from physagent_studio.agent.previews import preview_of, trial_of, without_run
 from physagent_studio.agent.reviewer import POLICIES
 from physagent_studio.agent.roles import Situation
 from physagent_studio.errors import ProgramError
@@ -181,8 +179,8 @@ def _situation(state: LoopState, bench: Bench) -> Situation:
         rollout=bench.get_rollout(current.rollout) if current.rollout else None,
         assessment=current.assessment,
         memory=memory_of(state),
-        try_out=(try_out := trial_of(scene, bench)),
-        try_all=lambda programs: bench.side_by_side(partial(tried, try_out), programs),
+        try_out=trial_of(scene, bench),
+        ahead=bench.ahead(scene),
         look=lambda changed: bench.reconstruct(changed, scene),
     )
 

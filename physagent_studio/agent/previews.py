@@ -3,27 +3,36 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 
 from physagent_studio.agent.crew import Bench
 from physagent_studio.agent.roles import Trial
 from physagent_studio.errors import Cancelled, StudioError
-from physagent_studio.program import PhysicalProgram, apply
+from physagent_studio.program import PhysicalProgram, SceneState, apply
 from physagent_studio.records import Preview, Proposal, Scene
 
 
 def trial_of(scene: Scene, bench: Bench) -> Callable[[PhysicalProgram], Trial]:
-    """How a candidate program is tried on a scene: reconstructed anew where it changes it."""
+    """How a candidate program is tried on a scene."""
 
-    def try_out(program: PhysicalProgram) -> Trial:
-        if program.scene != scene.state:
-            changed = bench.reconstruct(program.scene, scene)
-            program = program.model_copy(update={"scene": changed.state})
-        else:
-            changed = scene
+    def run(program: PhysicalProgram, changed: Scene) -> Trial:
         rollout = bench.simulate(program, changed)
         return Trial(rollout, bench.measure(program, rollout, changed))
 
-    return try_out
+    return partial(try_on, scene, bench.reconstruct, run)
+
+
+def try_on(
+    scene: Scene,
+    reconstruct: Callable[[SceneState, Scene], Scene],
+    run: Callable[[PhysicalProgram, Scene], Trial],
+    program: PhysicalProgram,
+) -> Trial:
+    """Runs a candidate on a scene, which is reconstructed anew where the candidate changes it."""
+    if program.scene == scene.state:
+        return run(program, scene)
+    changed = reconstruct(program.scene, scene)
+    return run(program.model_copy(update={"scene": changed.state}), changed)
 
 
 def tried(try_out: Callable[[PhysicalProgram], Trial], program: PhysicalProgram) -> Trial | None:

@@ -32,13 +32,30 @@ class Trial:
     checks: tuple[Check, ...]
 
 
+class Ahead(Protocol):
+    """Trials on several cores: while one is waited for, what may be wanted next is begun."""
+
+    def take(
+        self, program: PhysicalProgram, then: Callable[[], Sequence[PhysicalProgram]] = ...
+    ) -> Trial:
+        """What a candidate does, as by `Situation.try_out`.
+
+        then: asked meanwhile for what may be wanted next, likeliest first.
+        """
+        ...
+
+    def give_up(self) -> None:
+        """Nothing of what was begun is wanted any more."""
+        ...
+
+
 @dataclass(frozen=True, eq=False, slots=True)
 class Situation:
     """What a planner works from.
 
     try_out runs a candidate program; it raises `StudioError` for one that cannot run and
-    `Cancelled` when the person cancels. try_all: the same of several at a time, None for what
-    cannot run. look: reconstructs a changed scene state without a run.
+    `Cancelled` when the person cancels. ahead: the same on several cores, None where one is all.
+    look: reconstructs a changed scene state without a run.
     scene: the reconstruction, None before stage 1.
     """
 
@@ -50,7 +67,7 @@ class Situation:
     memory: Memory
     try_out: Callable[[PhysicalProgram], Trial]
     look: Callable[[SceneState], Scene] | None = None
-    try_all: Callable[[Sequence[PhysicalProgram]], list[Trial | None]] | None = None
+    ahead: Ahead | None = None
 
 
 class Generator(Protocol):

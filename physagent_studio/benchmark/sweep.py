@@ -1,4 +1,5 @@
-"""`physagent bench sweep`: runs a second by each executor, and whether all agree."""
+"""`physagent bench sweep`: runs a second by each executor, a search in one process and in two, and
+whether all agree."""
 
 from __future__ import annotations
 
@@ -10,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from physagent_studio.assets import assets_dir
+from physagent_studio.benchmark import searching
 from physagent_studio.benchmark.rows import Row, at_least, at_most, shown
 from physagent_studio.jobs import Inline, Processes
 from physagent_studio.jobs.cluster import Cluster
@@ -48,7 +50,8 @@ def bench(*, cases: Path | None = None, out: Path | None = None, full: bool = Fa
     # In a dose, what else is at work on the machine counts for too much.
     rows.append(at_least("processes, 2 over 1", ratio, FASTER if full else 0.0, "×"))
     wrong = sum(one != results[0] for one in results[1:])
-    return [*rows, at_most("executors with a run missing, twice or of other bits", wrong, 0)]
+    rows.append(at_most("executors with a run missing, twice or of other bits", wrong, 0))
+    return [*rows, *searching.rows_of(target, full=full)]
 
 
 def _swept(target: Target, count: int, executor: Any) -> list[tuple[str, str]]:

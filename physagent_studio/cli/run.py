@@ -73,12 +73,12 @@ def run_loop(request: RunRequest, workspace: Path | None, as_json: bool) -> int:
         raise InputError(f"{session.read_only}; close it there first")
     started = time.perf_counter()
     try:
-        # Its processes start when a search has several candidates at a time, which few events need.
+        # Its processes start when a search turns out to be long; one core goes on here.
         with (
             output.progress_control(as_json) as control,
-            closing(Processes(os.cpu_count() or 1, keeping=True)) as searching,
+            closing(Processes((os.cpu_count() or 1) - 1, keeping=True)) as spare,
         ):
-            desk = Desk(session, control, evidence=request.frames, agent=agent, searching=searching)
+            desk = Desk(session, control, evidence=request.frames, agent=agent, spare=spare)
             if not as_json:
                 typer.echo(f"session {session.id}")
             for role in in_order(request.by_hand):

@@ -101,6 +101,7 @@ class Processes:
                 # What it keeps may be half of what it should be.
                 raise failure
         except BaseException:
+            # Ctrl+C as well: what is left of this answer may not be taken for that of the next.
             if process is not None:
                 process.end()
             self._replace()
@@ -140,6 +141,17 @@ class Processes:
         thread = threading.Thread(target=start, name="jobs-warm", daemon=True)
         thread.start()
         return thread
+
+    def another(self, *modules: str) -> None:
+        """Starts one more process that has these modules, and waits for it."""
+        process = _Process(self._grace if self._keeping else None)
+        limits = Limits(START_SECONDS, 2**40)
+        try:
+            process.carry_out((import_all, (modules,), limits), limits, never)
+        except StudioError:
+            process.end()
+            raise
+        self._give_back(process)
 
     def close(self) -> None:
         """Ends the idle processes; one at work ends with its task, or with this process."""

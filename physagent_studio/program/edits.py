@@ -76,11 +76,19 @@ def apply_with_inverse(
     """The edited program and the edits that lead back from it to `program`."""
     data: Any = program.model_dump(mode="json")
     inverse: list[Edit] = []
+    fresh = False
     for edit in edits:
+        data = _completed(data) if fresh else data
         inverse.append(_apply_one(data, edit))
-        if isinstance(edit, AddItem | SetField):
-            data = _completed(data)
+        fresh = _brings_fields(edit)
     return validate_data(data), tuple(reversed(inverse))
+
+
+def _brings_fields(edit: Edit) -> bool:
+    """Whether what it writes may have defaults; a number in the place of another has none."""
+    if isinstance(edit, SetField):
+        return not isinstance(edit.value, int | float)
+    return isinstance(edit, AddItem)
 
 
 def _completed(data: Any) -> Any:

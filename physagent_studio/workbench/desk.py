@@ -50,7 +50,7 @@ class Desk:
         agent: AgentName = "rules",
         answers: Mapping[str, dict[str, Any]] | None = None,
         executor: Executor | None = None,
-        searching: Executor | None = None,
+        spare: Executor | None = None,
     ) -> None:
         self.session = session
         self.control = control
@@ -63,7 +63,7 @@ class Desk:
             agent,
             answers=answers or {},
             executor=executor or Inline(),
-            searching=searching,
+            spare=spare,
         )
         self.state: LoopState = session.load()
         self.meter = Meter(session, limits_of(agent))

@@ -5,14 +5,15 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-from collections.abc import Callable, Collection, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal, TypeVar
 
 from physagent_studio.agent.by_hand import without_schedule
 from physagent_studio.agent.crew import Bench, Crew
+from physagent_studio.agent.previews import try_on
+from physagent_studio.agent.roles import Trial
 from physagent_studio.agent.rules import Easing, RuleGenerator, RulePlanner, RuleVerifier
 from physagent_studio.agent.vlm import (
     Answers,
@@ -24,15 +25,17 @@ from physagent_studio.agent.vlm import Limits as Spend
 from physagent_studio.contract import measure
 from physagent_studio.contract.view import Drawn
 from physagent_studio.errors import Cancelled, StudioError
-from physagent_studio.jobs import Executor, Inline, JobFailed, Limits
+from physagent_studio.jobs import Executor, Inline, JobFailed, Limits, Processes
 from physagent_studio.program import PhysicalProgram, SceneState
 from physagent_studio.program.scene.state import Meshed
+from physagent_studio.reconstruction.cache import same_sight
 from physagent_studio.reconstruction.learned.at_hand import Learned, learned_here
 from physagent_studio.records import Case, Check, Image, Mesh, Rollout, Scene
 from physagent_studio.records.clip_look import AS_DRAWN, ClipLook
 from physagent_studio.records.loop_state import RoleName
 from physagent_studio.session import Session
 from physagent_studio.workbench import tasks
+from physagent_studio.workbench.ahead import Ahead, Lane, Lanes
 
 Result = TypeVar("Result")
 AgentName = Literal["rules", "vlm"]
@@ -68,9 +71,8 @@ class Engine:
 
     executor: who carries out the heavy steps; with processes they have the same bits, their
     crash or hang fails the step alone, and they end within a second where a person cancels.
-    searching: the one of several candidates of a search at a time, where it is another.
+    spare: the one of what a search may ask for next, where that is not done there as well.
     answers: what a model has answered before, by question, where a session is replayed.
-    simulations counts every run of the physics engine, searches and previews included.
     """
 
     session: Session
@@ -78,14 +80,14 @@ class Engine:
     control: Control = field(default_factory=Control)
     evidence: bool = True
     agent: AgentName = "rules"
-    simulations: int = 0
     learned: Learned = field(default_factory=learned_here)
     members: Crew | None = None
     answers: Mapping[str, dict[str, Any]] = field(default_factory=dict)
     executor: Executor = field(default_factory=Inline)
-    searching: Executor | None = None
+    spare: Executor | None = None
     _scenes: dict[str, Scene] = field(default_factory=dict)
-    _drawn: dict[str, dict[str, Drawn]] = field(default_factory=dict)
+    _lanes: Lanes | None = None
+    _likened: tuple[Scene, Mapping[str, Drawn]] | None = None
 
     def crew(self, by_hand: Collection[RoleName] = ()) -> Crew:
         """Who plays the three roles; a language model's calls are kept in the session's log.
@@ -138,27 +140,39 @@ class Engine:
             put_rollout=session.put_rollout,
             get_rollout=session.rollout,
             put_frames=session.put_frames,
-            side_by_side=self.side_by_side,
+            ahead=self.ahead,
         )
 
-    @property
-    def pool(self) -> Executor:
-        """Who carries out several runs at a time."""
-        return self.searching or self.executor
+    def ahead(self, scene: Scene) -> Ahead | None:
+        """The trials of a scene on all cores; None where there is one."""
+        spare = self.spare or self.executor
+        width = spare.width + 1 if self.spare else spare.width
+        if width == 1:
+            return None
+        if self._lanes is None:
+            lanes = [self._lane(spare if number else self.executor) for number in range(width)]
+            self._lanes = Lanes(lanes, self.control.check)
+        # Known before several lanes ask for it at once.
+        self.likeness(scene)
+        return Ahead(self._lanes, scene)
 
-    def side_by_side(
-        self, work: Callable[[PhysicalProgram], Result], programs: Sequence[PhysicalProgram]
-    ) -> list[Result]:
-        """Some work on each program; heavy steps in it go to the processes for searches."""
-        pool, kept = self.pool, self.executor
-        if pool.width == 1:
-            return [work(program) for program in programs]
-        self.executor = pool
-        try:
-            with ThreadPoolExecutor(pool.width) as threads:
-                return list(threads.map(work, programs))
-        finally:
-            self.executor = kept
+    def _lane(self, executor: Executor) -> Lane:
+        """An engine of its own."""
+
+        def run(program: PhysicalProgram, scene: Scene) -> Trial:
+            own = replace(self, executor=executor)
+            return try_on(scene, own.reconstruct, own.trial, program)
+
+        def open_it() -> None:
+            if isinstance(executor, Processes):
+                executor.another(*tasks.MODULES)
+
+        return Lane(run, open_it)
+
+    def trial(self, program: PhysicalProgram, scene: Scene) -> Trial:
+        """One run of the physics engine and every check of it."""
+        values = (program, scene.meshes, self.likeness(scene))
+        return Trial(*self.carry_out("the simulation", tasks.SIMULATION, tasks.ran, *values))
 
     def reconstruct(self, state: SceneState, previous: Scene | None) -> Scene:
         """The scene of that state, from the cache where nothing changed."""
@@ -176,6 +190,9 @@ class Engine:
         # Masks and plate of any earlier scene of the picture serve as long as they fit.
         near = previous or next(reversed(self._scenes.values()), None)
         values = (self.case, state, near, self._assets(state), self.learned)
+        if near is not None and same_sight(near.state, state):
+            # Nothing is looked at again: what it looked at stays, and is known again as the same.
+            return tasks.reconstructed(*values)
         return self.carry_out(
             "the reconstruction", tasks.RECONSTRUCTION, tasks.reconstructed, *values
         )
@@ -211,7 +228,6 @@ class Engine:
 
     def again(self, program: PhysicalProgram, scene: Scene, before: Rollout | None) -> Rollout:
         """One run that takes over what an edit cannot have changed; the same bits as `simulate`."""
-        self.simulations += 1
         values = (program, scene.meshes, before)
         return self.carry_out("the simulation", tasks.SIMULATION, tasks.simulated, *values)
 
@@ -233,10 +249,10 @@ class Engine:
         return measure(program, rollout, self.likeness(scene))
 
     def likeness(self, scene: Scene) -> Mapping[str, Drawn]:
-        """How like the photograph each thing of a scene is drawn."""
-        if scene.hash not in self._drawn:
-            self._drawn = {scene.hash: self._drawing(tasks.likened, scene)}
-        return self._drawn[scene.hash]
+        """How like the photograph each thing of a scene is drawn, however heavy or rough it is."""
+        if self._likened is None or not _drawn_alike(self._likened[0], scene):
+            self._likened = scene, self._drawing(tasks.likened, scene)
+        return self._likened[1]
 
     def sample(self, scene: Scene, rollout: Rollout) -> tuple[Image, ...]:
         """Every third frame of a rollout, rendered."""
@@ -263,6 +279,15 @@ class Engine:
 
     def _drawing(self, task: Callable[..., Result], *values: Any) -> Result:
         return self.carry_out("the rendering", tasks.RENDERING, task, *values)
+
+
+def _drawn_alike(one: Scene, other: Scene) -> bool:
+    """Whether two scenes show the same things in the same places: the same pixels when drawn."""
+    if one.hash == other.hash:
+        return True
+    kept = one.masks is other.masks and one.meshes is other.meshes
+    bodies = ([item.body for item in scene.state.objects] for scene in (one, other))
+    return kept and same_sight(one.state, other.state) and next(bodies) == next(bodies)
 
 
 def _hash(state: SceneState) -> str:

@@ -48,7 +48,7 @@ def _sturdiness(desk: Desk) -> Robustness:
     def tell(share: float) -> None:
         control.progress(f"running it {RUNS} times", share)
 
-    return robustness(target, desk.engine.pool, RUNS, cancelled=control.cancelled, tell=tell)
+    return robustness(target, desk.engine.executor, RUNS, cancelled=control.cancelled, tell=tell)
 
 
 def _credit(desk: Desk) -> tuple[tuple[Hunk, ...], Attribution]:
@@ -62,7 +62,7 @@ def _credit(desk: Desk) -> tuple[tuple[Hunk, ...], Attribution]:
     def tell(share: float) -> None:
         control.progress("running it without each change", share)
 
-    found = attribution(target, hunks, desk.engine.pool, cancelled=control.cancelled, tell=tell)
+    found = attribution(target, hunks, desk.engine.executor, cancelled=control.cancelled, tell=tell)
     return hunks, found
 
 

@@ -18,7 +18,7 @@ from physagent_studio.arrays import FloatArray
 from physagent_studio.jobs import Limits, hearing
 from physagent_studio.program import PhysicalProgram, SceneState
 from physagent_studio.program.timing import timing_of
-from physagent_studio.records import Case, Image, Mesh, Rollout, Scene
+from physagent_studio.records import Case, Check, Image, Mesh, Rollout, Scene
 from physagent_studio.records.clip_look import ClipLook
 
 if TYPE_CHECKING:
@@ -97,6 +97,16 @@ def simulated(
         return _simulator().simulate(program, meshes, cancelled=cancelled)
     steps = program.clip.steps
     return _simulator().resimulate(program, meshes, before, steps, cancelled=cancelled)
+
+
+def ran(
+    program: PhysicalProgram, meshes: Mapping[str, Mesh], drawn: Mapping[str, Drawn]
+) -> tuple[Rollout, tuple[Check, ...]]:
+    """One run of the physics engine and what is measured of it."""
+    from physagent_studio.contract import measure
+
+    rollout = simulated(program, meshes, None)
+    return rollout, measure(program, rollout, drawn)
 
 
 def outlined(program: PhysicalProgram, meshes: Mapping[str, Mesh]) -> dict[str, tuple[Mesh, ...]]:

@@ -59,7 +59,7 @@ class PlainPlanner:
         def try_out(program: PhysicalProgram):  # noqa: ANN202 - a Trial
             return situation.try_out(plain(program))
 
-        proposal = RulePlanner().propose(replace(situation, try_out=try_out, try_all=None))
+        proposal = RulePlanner().propose(replace(situation, try_out=try_out, ahead=None))
         hunks = [
             hunk.model_copy(update={"edits": _plain_edits(hunk.edits, situation.program)})
             for hunk in proposal.hunks

@@ -5,7 +5,11 @@ What things do and how far they go stays as it was; only how hard they are drive
 
 from __future__ import annotations
 
+from collections import deque
+from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import partial
+from itertools import chain, zip_longest
 
 import numpy as np
 
@@ -51,8 +55,8 @@ class Easing:
         """A gentler program; without hunks where there is none."""
         search = Search(situation, max(int(EASING.max_runs / cost_of(situation.program)), 1))
         best, told = None, ""
-        for longer in EASING.times_as_long:
-            found = self._gentlest(situation, search, longer)
+        gentlest = search.carry_out(partial(_gentlest, situation))
+        for longer, found in zip(EASING.times_as_long, gentlest, strict=True):
             if found is not None and (best is None or _is_clearer(found[1], best)):
                 ratio, best = found
                 told = f"It happens as well with {100 * ratio:.0f} % of the speeds"
@@ -64,24 +68,6 @@ class Easing:
             return _told(situation, why, search, confidence=1.0)
         told += "It begins sooner." if cut else ""
         return _told(situation, told.strip(), search, best.edits, confidence=0.9)
-
-    def _gentlest(
-        self, situation: Situation, search: Search, longer: float
-    ) -> tuple[float, Candidate] | None:
-        """By halving: the lowest ratio of the speeds with which everything still holds, where the
-        pushes last so many times as long."""
-        low, high, best = EASING.min_ratio / longer, 1.0, None
-        while high / low > 1 / EASING.settled_ratio and not search.exhausted:
-            ratio = (low * high) ** 0.5
-            edits = replanned(situation.program, ratio, longer, 1.0)
-            if not edits or not may_change(situation, edits):
-                break
-            found = search.run(edits)
-            if found is not None and _is_as_good(situation, found):
-                best, high = (ratio, found), ratio
-            else:
-                low = ratio
-        return best
 
     def _begun_sooner(
         self, situation: Situation, search: Search, best: Candidate | None
@@ -98,6 +84,40 @@ class Easing:
         found = search.run(edits) if cut and may_change(situation, edits) else None
         holds = found is not None and found.score.holds
         return (found, True) if holds else (best, False)
+
+
+Gentler = tuple[float, Candidate] | None
+"""Ratio of the speeds and what comes of it; None where nothing gentler holds."""
+
+
+def _gentlest(situation: Situation, search: Search) -> list[Gentler]:
+    """For each length of the pushes the lowest ratio of the speeds with which all still holds."""
+    found: dict[float, Gentler] = dict.fromkeys(EASING.times_as_long)
+    ways = [_halved(situation, search, longer, found) for longer in found]
+    if search.limit < EASING.max_runs:
+        # There may be no run left for the second, and longer pushes are the second choice.
+        ways = [chain(*ways)]
+    # In turn, for what the one comes to says nothing of the other: two cores have both to do.
+    deque(zip_longest(*ways), maxlen=0)
+    return list(found.values())
+
+
+def _halved(
+    situation: Situation, search: Search, longer: float, best: dict[float, Gentler]
+) -> Iterator[None]:
+    """By halving, a run at a time: the lowest ratio where the pushes last so many times as long."""
+    low, high = EASING.min_ratio / longer, 1.0
+    while high / low > 1 / EASING.settled_ratio and not search.exhausted:
+        ratio = (low * high) ** 0.5
+        edits = replanned(situation.program, ratio, longer, 1.0)
+        if not edits or not may_change(situation, edits):
+            break
+        found = search.run(edits)
+        if found is not None and _is_as_good(situation, found):
+            best[longer], high = (ratio, found), ratio
+        else:
+            low = ratio
+        yield
 
 
 def _is_as_good(situation: Situation, found: Candidate) -> bool:

@@ -175,8 +175,8 @@ def cross_entropy(
 ) -> Candidate | None:
     """A small seeded cross-entropy search over two or three knobs.
 
-    Samples are normal around the best quarter of the last ones (Rubinstein 1999). A population is
-    run as a whole, so that it is the same however many cores it is run on.
+    Samples are normal around the best quarter of the last ones (Rubinstein 1999). A whole
+    population is drawn before any of it has run.
     """
     rng = np.random.default_rng(seed)
     mean, spread = np.zeros(len(knobs)), np.full(len(knobs), 2.5)
@@ -189,12 +189,10 @@ def cross_entropy(
             np.array([_allowed(s, bias(k)) for s, k in zip(row, knobs, strict=True)])
             for row in drawn
         ]
-        found = search.turn_all(
-            [
-                tuple((k, k.shifted(float(s))) for k, s in zip(knobs, row, strict=True))
-                for row in steps
-            ]
-        )
+        found = [
+            search.turn([(k, k.shifted(float(s))) for k, s in zip(knobs, row, strict=True)])
+            for row in steps
+        ]
         pairs = [(one, row) for one, row in zip(found, steps, strict=True) if one is not None]
         for one, _ in pairs:
             best = one if best is None or better(one, best) else best

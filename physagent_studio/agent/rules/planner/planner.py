@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from functools import cache, partial
 
 from physagent_studio.agent.roles import Situation
 from physagent_studio.agent.rules.planner.asked import Understood, keeping, understood
@@ -45,6 +46,19 @@ class PlannerSettings:
 PLANNER = PlannerSettings()
 
 
+class _Ways:
+    """What may be changed: worked out once, however often a search is played through."""
+
+    def __init__(self, situation: Situation) -> None:
+        """directed: changes of the schedule. knobs_after: what is turned in a candidate then."""
+        self.directed = cache(lambda: (*direct(situation),))
+        self.knobs_after = cache(partial(_knobs_after, situation))
+
+
+def _knobs_after(situation: Situation, best: Candidate) -> list[Knob]:
+    return relevant_knobs(replace(situation, program=best.program), verified=False)[:4]
+
+
 class RulePlanner:
     """Searches by simulation; deterministic: the same situation gives the same proposal."""
 
@@ -73,7 +87,7 @@ class RulePlanner:
         if {m.code for m in situation.assessment.diagnosis} == {"unlike_the_photo"}:
             # No schedule mends how a thing is drawn: a person chooses another mask or shape.
             return _stuck(situation, search)
-        best = self._searched(situation, search)
+        best = search.carry_out(partial(self._searched, situation, _Ways(situation)))
         start = search.start()
         if best is None or not _worth(best.score, start.score):
             return _stuck(situation, search)
@@ -86,25 +100,31 @@ class RulePlanner:
         least = min(self.limit, PLANNER.min_runs)
         return Search(situation, max(int(units / cost), least), dear=cost > PLANNER.dear_units)
 
-    def _searched(self, situation: Situation, search: Search) -> Candidate | None:
+    def _searched(self, situation: Situation, ways: _Ways, search: Search) -> Candidate | None:
         """Factor after factor, then several together, then other actions, verified facts last."""
         bias = bias_of(situation)
         for verified in (False, True):
             knobs = relevant_knobs(situation, verified)
             if not knobs:
                 continue
-            found = self._rounds(situation, search, knobs, bias, verified)
+            found = self._rounds(situation, ways, search, knobs, bias, verified)
             if found is not None and _worth(found.score, search.start().score):
                 return found
         return search.best
 
     def _rounds(
-        self, situation: Situation, search: Search, knobs: list[Knob], bias: Bias, verified: bool
+        self,
+        situation: Situation,
+        ways: _Ways,
+        search: Search,
+        knobs: list[Knob],
+        bias: Bias,
+        verified: bool,
     ) -> Candidate | None:
         codes = {m.code for m in situation.assessment.diagnosis}
         unseen = sum(m.code in VIEW for m in situation.assessment.diagnosis)
         if not verified and (codes <= set(VIEW) or unseen >= PLANNER.many_unseen):
-            found = self._restructured(situation, search, bias, direct(situation))
+            found = self._restructured(situation, ways, search, bias, ways.directed())
             if found is not None:
                 return found
             best, failing = search.best, search.start().score.failing
@@ -112,7 +132,7 @@ class RulePlanner:
                 return best
         idle = bool(codes & {"does_not_move", "no_cause"})
         if idle and not verified:
-            found = self._restructured(situation, search, bias, structural(situation))
+            found = self._restructured(situation, ways, search, bias, structural(situation))
             if found is not None:
                 return found
         singles: list[tuple[Score, Knob]] = []
@@ -123,14 +143,19 @@ class RulePlanner:
                     return found
                 singles.append((found.score, knob))
         if not idle and not verified:
-            changes = (*structural(situation), *direct(situation))
-            found = self._restructured(situation, search, bias, changes)
+            changes = (*structural(situation), *ways.directed())
+            found = self._restructured(situation, ways, search, bias, changes)
             if found is not None:
                 return found
         return self._together(situation, search, singles, bias)
 
     def _restructured(
-        self, situation: Situation, search: Search, bias: Bias, changes: Iterable[tuple[Edit, ...]]
+        self,
+        situation: Situation,
+        ways: _Ways,
+        search: Search,
+        bias: Bias,
+        changes: Iterable[tuple[Edit, ...]],
     ) -> Candidate | None:
         """Tries changes of the schedule, then turns the numbers of what helped most."""
         best: Candidate | None = None
@@ -142,8 +167,7 @@ class RulePlanner:
                 return best
         if best is None or best.score.holds or not _worth(best.score, search.start().score):
             return best if best is not None and best.score.holds else None
-        changed = replace(situation, program=best.program)
-        for knob in relevant_knobs(changed, verified=False)[:4]:
+        for knob in ways.knobs_after(best):
             found = along_one(search, knob, bias.signs(knob), first=best.edits, runs=6)
             if found is not None and found.score.holds:
                 return found

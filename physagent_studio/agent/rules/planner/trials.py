@@ -6,11 +6,14 @@ margins. A search starts from the present program and prefers the smallest chang
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field, fields, replace
+from functools import partial
+from typing import TypeVar
 
 from physagent_studio.agent.previews import tried
-from physagent_studio.agent.roles import Situation, Trial
+from physagent_studio.agent.roles import Situation
 from physagent_studio.agent.rules.planner.factors import may_change
 from physagent_studio.agent.rules.planner.parameters import Knob
 from physagent_studio.errors import StudioError
@@ -26,6 +29,7 @@ class TrialSettings:
     max_runs: int = 200  # count, 20..1000: of one proposal
     # the statement's measure, 0.01..0.2: from here noise does not matter
     sturdy_margin: float = 0.05
+    foreseen: int = 3  # count, 1..16: of what is asked for next, begun where cores are free
 
 
 TRIAL = TrialSettings()
@@ -44,7 +48,7 @@ class Score:
         return self.failing == 0
 
 
-WORST = Score(failing=10_000, shortfall=1e9)
+Found = TypeVar("Found")
 
 
 def weakness_of(checks: Iterable[Check]) -> float:
@@ -100,8 +104,9 @@ class Search:
     dear: bool = False
     best: Candidate | None = None
     _known: dict[str, Candidate | None] = field(default_factory=dict)
-    _ahead: dict[str, Trial | None] = field(default_factory=dict)
+    _changed: dict[str, tuple[PhysicalProgram, str] | None] = field(default_factory=dict)
     _rejected: frozenset[str] | None = None
+    _foreseen: Callable[[], Sequence[PhysicalProgram]] = tuple
 
     @property
     def exhausted(self) -> bool:
@@ -114,6 +119,21 @@ class Search:
         program = self.situation.program
         return Candidate(program, (), score_of(checks), checks)
 
+    def carry_out(self, plan: Callable[[Search], Found]) -> Found:
+        """What the plan finds, a function of nothing but the answers that it gets.
+
+        Where cores have nothing to do, what it is likely to ask for next is begun there.
+        """
+        if self.situation.ahead is None:
+            return plan(self)
+        self._turned_down()
+        self._foreseen = partial(_coming, replace(self, _known=dict(self._known)), self, plan)
+        try:
+            return plan(self)
+        finally:
+            self._foreseen = tuple
+            self.situation.ahead.give_up()
+
     def turn(
         self, values: Sequence[tuple[Knob, float]], first: tuple[Edit, ...] = ()
     ) -> Candidate | None:
@@ -121,51 +141,34 @@ class Search:
         edits = (*first, *(edit for knob, value in values for edit in knob.edits(value)))
         return self.run(edits, tuple(values))
 
-    def turn_all(self, many: Sequence[tuple[tuple[Knob, float], ...]]) -> list[Candidate | None]:
-        """`turn` of each, in order; what has to be run for that is run side by side."""
-        if self.situation.try_all is not None:
-            wanted = dict[str, PhysicalProgram]()
-            for values in many:
-                edits = tuple(edit for knob, value in values for edit in knob.edits(value))
-                program = self._changed(edits)
-                if program is not None and self._is_new(program.hash):
-                    wanted[program.hash] = program
-            chosen = list(wanted.values())[: self.limit - self.runs]
-            trials = self.situation.try_all(chosen)
-            self._ahead = {one.hash: trial for one, trial in zip(chosen, trials, strict=True)}
-        return [self.turn(values) for values in many]
-
     def run(
         self, edits: tuple[Edit, ...], turned: tuple[tuple[Knob, float], ...] = ()
     ) -> Candidate | None:
         """Runs the program with edits applied, unless it was run before or they touch a pin."""
-        if (program := self._changed(edits)) is None:
+        if (changed := self._change(edits)) is None:
             return None
-        key = program.hash
+        program, key = changed
         if key in self._known:
             return self._known[key]
-        if self.exhausted or not self._is_new(key):
+        if self.exhausted or key in self.situation.memory.tried or key in self._turned_down():
             return None
         self.runs += 1
-        found = self._tried(program, edits, turned)
+        found = self._found(program, key, edits, turned)
         self._known[key] = found
         if found is not None and (self.best is None or better(found, self.best)):
             self.best = found
         return found
 
-    def _changed(self, edits: tuple[Edit, ...]) -> PhysicalProgram | None:
-        """The program with edits applied; None where they may not be, or make none."""
-        if not edits or not may_change(self.situation, edits):
-            return None
-        try:
-            return apply(self.situation.program, edits)
-        except StudioError:
-            return None
-
-    def _is_new(self, key: str) -> bool:
-        """Whether nobody has run that program, or turned it down."""
-        tried = key in self._known or key in self.situation.memory.tried
-        return not tried and key not in self._turned_down()
+    def _change(self, edits: tuple[Edit, ...]) -> tuple[PhysicalProgram, str] | None:
+        """The program with edits applied and its hash; None where they may not be, or make none."""
+        asked = repr(edits)
+        if asked not in self._changed:
+            self._changed[asked] = None
+            if edits and may_change(self.situation, edits):
+                with suppress(StudioError):
+                    program = apply(self.situation.program, edits)
+                    self._changed[asked] = program, program.hash
+        return self._changed[asked]
 
     def _turned_down(self) -> frozenset[str]:
         """Hashes of the programs that rejected proposals would have made."""
@@ -179,16 +182,16 @@ class Search:
             self._rejected = frozenset(found)
         return self._rejected
 
-    def _tried(
+    def _found(
         self,
         program: PhysicalProgram,
+        key: str,
         edits: tuple[Edit, ...],
         turned: tuple[tuple[Knob, float], ...],
     ) -> Candidate | None:
-        if program.hash in self._ahead:
-            trial = self._ahead.pop(program.hash)
-        else:
-            trial = tried(self.situation.try_out, program)
+        """What a program that nobody has run does; None where it cannot run. key: its hash."""
+        ahead, try_out = self.situation.ahead, self.situation.try_out
+        trial = tried(partial(ahead.take, then=self._foreseen) if ahead else try_out, program)
         if trial is None:
             return None
         checks = trial.checks
@@ -200,3 +203,48 @@ def better(one: Candidate, other: Candidate) -> bool:
     if one.score.holds and other.score.holds:
         return (one.weakness, one.change) < (other.weakness, other.change)
     return one.score < other.score
+
+
+# --- what is asked for next -----------------------------------------------------------------------
+
+
+class _FarEnoughError(Exception):
+    """A search was played through as far as it is of use."""
+
+
+@dataclass
+class _Dream(Search):
+    """A search that is played through: what has been run answers, what has not is guessed.
+
+    A guess is that nothing changes. coming: what was guessed, in the order in which it was asked
+    for.
+    """
+
+    answers: dict[str, Candidate | None] = field(default_factory=dict)
+    coming: list[PhysicalProgram] = field(default_factory=list)
+
+    def _found(
+        self,
+        program: PhysicalProgram,
+        key: str,
+        edits: tuple[Edit, ...],
+        turned: tuple[tuple[Knob, float], ...],
+    ) -> Candidate | None:
+        if key in self.answers:
+            return self.answers[key]
+        if len(self.coming) > TRIAL.foreseen:
+            raise _FarEnoughError
+        self.coming.append(program)
+        return replace(self.start(), program=program, edits=edits, turned=turned)
+
+
+def _coming(
+    begun: Search, now: Search, plan: Callable[[Search], object]
+) -> Sequence[PhysicalProgram]:
+    """What a plan asks for from here on, if nothing that it still waits for makes a difference."""
+    dream = _Dream(**{f.name: getattr(begun, f.name) for f in fields(Search)}, answers=now._known)
+    dream._known = dict(begun._known)
+    # What goes wrong here is no answer to what is waited for; it will go wrong in earnest as well.
+    with suppress(_FarEnoughError, StudioError):
+        plan(dream)
+    return dream.coming

@@ -1,0 +1,202 @@
+"""What a search may ask for next is begun ahead, and makes no difference but in time."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from physagent_studio.agent.loop import trial_of
+from physagent_studio.agent.roles import Situation, Trial
+from physagent_studio.agent.rules.planner.parameter_search import along_one, cross_entropy
+from physagent_studio.agent.rules.planner.parameters import action_knobs, material_knobs
+from physagent_studio.agent.rules.planner.trials import Candidate, Search
+from physagent_studio.cli.programs import bare_case
+from physagent_studio.errors import Cancelled, StudioError
+from physagent_studio.jobs import Executor, Inline, Processes
+from physagent_studio.program import PhysicalProgram, SetField, apply
+from physagent_studio.records import Assessment, LoopState, Memory
+from physagent_studio.session import Store
+from physagent_studio.workbench import tasks
+from physagent_studio.workbench.ahead import Lane, Lanes
+from physagent_studio.workbench.engine import Engine
+from tests.sweep.programs import slider
+
+# --- a search ------------------------------------------------------------------------------------
+
+
+def planned(search: Search) -> Candidate | None:
+    """Along one number, from which no answer follows, and then over two."""
+    program = search.situation.program
+    knobs = [material_knobs(program)[0], action_knobs(program)[0]]
+    along_one(search, knobs[0], (1.0, -1.0), runs=4)
+    return cross_entropy(search, knobs, seed=1, population=4, rounds=3)
+
+
+def searched(folder: Path, executor: Executor) -> tuple[object, ...]:
+    target = slider(0.6)
+    case = bare_case(target.program, "bare")
+    session = Store(folder).create(case, LoopState())
+    try:
+        engine = Engine(session, case, evidence=False, executor=executor)
+        bench = engine.bench()
+        try_out = trial_of(target.scene, bench)
+        first = try_out(target.program)
+        situation = Situation(
+            case, target.program, target.scene, first.rollout,
+            Assessment(stage="simulation", passed=False, checks=first.checks), Memory(), try_out,
+            ahead=bench.ahead(target.scene),
+        )  # fmt: skip
+        assert (situation.ahead is None) == (executor.width == 1)
+        search = Search(situation, limit=11)
+        found = search.carry_out(planned)
+    finally:
+        session.close()
+    assert found is not None
+    assert found.rollout is not None
+    return found.edits, found.checks, found.rollout.positions.tobytes(), search.runs
+
+
+@pytest.fixture(scope="module")
+def on_one(tmp_path_factory: pytest.TempPathFactory) -> tuple[object, ...]:
+    return searched(tmp_path_factory.mktemp("one"), Inline())
+
+
+@pytest.mark.parametrize("width", [2, 3])
+def test_a_search_has_the_same_bits_on_any_number_of_cores(
+    tmp_path: Path,
+    on_one: tuple[object, ...],
+    width: int,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("physagent_studio.workbench.ahead.WORTH_SECONDS", 0.0)
+    pool = Processes(width, keeping=True)
+    try:
+        assert searched(tmp_path, pool) == on_one
+    finally:
+        pool.close()
+
+
+def test_what_is_only_rougher_is_not_drawn_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    drawn: list[str] = []
+    monkeypatch.setattr(tasks, "likened", lambda scene: drawn.append(scene.hash) or {})
+    target = slider(0.6)
+    case = bare_case(target.program, "bare")
+    session = Store(tmp_path).create(case, LoopState())
+    try:
+        engine = Engine(session, case, evidence=False)
+        for path, value in (("friction", 0.1), ("position.0", 0.3)):
+            edited = apply(
+                target.program, [SetField(path=f"scene.objects.block.{path}", value=value)]
+            )
+            engine.likeness(target.scene)
+            engine.likeness(engine.reconstruct(edited.scene, target.scene))
+            assert len(drawn) == (1 if path == "friction" else 2)
+    finally:
+        session.close()
+
+
+# --- lanes ---------------------------------------------------------------------------------------
+
+ONE, TWO, THREE, FOUR = (
+    PhysicalProgram().model_copy(update={"version": number}) for number in range(1, 5)
+)
+
+
+class Held:
+    """Trials that end when a test lets them."""
+
+    def __init__(self) -> None:
+        self.ends = {id(one): threading.Event() for one in (ONE, TWO, THREE, FOUR)}
+        self.begun: list[PhysicalProgram] = []
+
+    def run(self, program: PhysicalProgram, _scene: object) -> Trial:
+        self.begun.append(program)
+        self.ends[id(program)].wait()
+        if program is FOUR:
+            raise StudioError("it cannot run")
+        return Trial(program, ())  # type: ignore[arg-type]
+
+    def end(self, *programs: PhysicalProgram) -> None:
+        for one in programs:
+            self.ends[id(one)].set()
+
+    def lanes(self, width: int, check: Callable[[], None] = lambda: None) -> Lanes:
+        return Lanes([Lane(self.run, lambda: None) for _ in range(width)], check)
+
+
+@pytest.fixture
+def held(monkeypatch: pytest.MonkeyPatch) -> Iterator[Held]:
+    monkeypatch.setattr("physagent_studio.workbench.ahead.WORTH_SECONDS", 0.0)
+    made = Held()
+    yield made
+    made.end(ONE, TWO, THREE, FOUR)
+
+
+SCENE: Any = None
+
+
+def opened(held: Held, width: int) -> Lanes:
+    """Lanes of which all are open."""
+    lanes = held.lanes(width)
+    held.end(ONE)
+    lanes.take(SCENE, ONE, tuple)
+    held.begun.clear()
+    return lanes
+
+
+def test_what_is_foreseen_is_run_once_and_beside_what_is_waited_for(held: Held) -> None:
+    lanes = opened(held, 2)
+
+    def foreseen() -> list[PhysicalProgram]:
+        held.end(TWO, THREE)
+        return [TWO, THREE]
+
+    assert lanes.take(SCENE, TWO, foreseen).rollout is TWO
+    assert lanes.take(SCENE, THREE, tuple).rollout is THREE
+    assert sorted(map(id, held.begun)) == sorted(map(id, [TWO, THREE]))
+
+
+def test_a_wrong_guess_does_not_stand_in_the_way(held: Held) -> None:
+    lanes = opened(held, 1)
+    lanes._want(SCENE, [TWO, FOUR])
+    held.end(TWO, THREE)
+    assert lanes.take(SCENE, THREE, tuple).rollout is THREE
+    assert held.begun == [TWO, THREE]
+
+
+def test_what_was_given_up_may_be_asked_for_again(held: Held) -> None:
+    lanes = opened(held, 1)
+    lanes._want(SCENE, [TWO])
+    lanes.give_up()
+    held.end(TWO)
+    assert lanes.take(SCENE, TWO, tuple).rollout is TWO
+
+
+def test_an_error_is_that_of_the_trial(held: Held) -> None:
+    held.end(FOUR)
+    with pytest.raises(StudioError, match="cannot run"):
+        held.lanes(1).take(SCENE, FOUR, tuple)
+
+
+def test_who_waits_can_cancel(held: Held) -> None:
+    def cancelled() -> None:
+        raise Cancelled("cancelled")
+
+    with pytest.raises(Cancelled, match="cancelled"):
+        held.lanes(1, cancelled).take(SCENE, TWO, tuple)
+
+
+def test_the_others_stay_closed_for_a_short_search(
+    held: Held, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("physagent_studio.workbench.ahead.WORTH_SECONDS", 60.0)
+    lanes = opened(held, 2)
+    held.end(TWO)
+    assert lanes.take(SCENE, TWO, lambda: [THREE]).rollout is TWO
+    assert held.begun == [TWO]

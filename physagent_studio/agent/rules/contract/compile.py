@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
@@ -20,6 +21,7 @@ from physagent_studio.agent.rules.contract.sequence import (
 from physagent_studio.agent.rules.contract.specs import SPEC, Context, Spec, any_of
 from physagent_studio.agent.rules.contract.statements import Statements
 from physagent_studio.agent.rules.contract.untold import untold
+from physagent_studio.agent.rules.scene import mechanics as mech
 from physagent_studio.agent.rules.scene.measures import Layout, place_name
 from physagent_studio.language import EventFrame, Place, Reading
 from physagent_studio.language.tokens.vocabulary import words_of
@@ -217,10 +219,16 @@ class _Draft:
             return
         told = [(events(group) or group)[0] for group in groups if group]
         if len(told) > 1:
-            # A row of dominoes goes down as a wave: closer after one another than two things do.
             wave = frame.timing == "in_turn" and len(told) > 3
-            fields = {"apart": 0.03} if wave else {}
+            fields = {"apart": self._wave_seconds(frame)} if wave else {}
             self.told.state(Spec(frame.timing, fields, tuple(told)), frame.clause)
+
+    def _wave_seconds(self, frame: EventFrame) -> float:
+        """A row of dominoes goes down as a wave: closer after one another than two things do, and
+        the closer the smaller they are, as they fall the sooner."""
+        heights = [self.layout.height(n) for n in frame.patient if self.layout.has(n)]
+        fall = math.sqrt(2 * min(heights, default=0.7) / mech.G)
+        return round(min(SPEC.wave_share * fall, SPEC.max_wave_s), 4)
 
     def _everyone(self, frame: EventFrame) -> tuple[str, ...]:
         """A wind that names nobody blows on whatever the prompt speaks of; what loses its

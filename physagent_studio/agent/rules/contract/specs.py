@@ -18,6 +18,10 @@ class SpecSettings:
     """When what holds at the beginning has to be seen."""
 
     start_steps: int = 20  # 5..60: in which "it stands on …" has to hold
+    # of a fall from their own height, .03..0.3: between one and the next of a row that falls in
+    # turn; a wave of dominoes takes a tenth to a quarter
+    wave_share: float = 0.08
+    max_wave_s: float = 0.03  # s, 0.01..0.1: the same of large things
     still_steps: int = 12  # 5..40: in which what "does not move until …" has to be still
 
 

@@ -8,8 +8,9 @@ from physagent_studio.knowledge import word_lists
 from physagent_studio.language.tokens.tokens import (
     Token,
     singular,
+    verb_base,
 )
-from physagent_studio.language.tokens.vocabulary import COUNTED_FROM, words_of
+from physagent_studio.language.tokens.vocabulary import COMBINED, COUNTED_FROM, words_of
 
 _PLAIN = {
     "infront": "in front of",
@@ -149,6 +150,8 @@ def join_fixed(
             after = tokens[index + len(words) : index + len(words) + 1]
             if one in COUNTED_FROM and after and singular(after[0].text) in nouns:
                 continue
+            if words == ("over", "to") and index and _goes_over(tokens[index - 1].text):
+                continue
             if len(part) == len(words) and _same(part, words, one):
                 joined += [Token(word, part[0].start, part[-1].end) for word in one.split()]
                 index += len(words)
@@ -157,6 +160,11 @@ def join_fixed(
             joined.append(tokens[index])
             index += 1
     return tuple(joined)
+
+
+def _goes_over(word: str) -> bool:
+    """ "Is knocked over to the right": over, and that way; "rolls over to the box" is to it."""
+    return COMBINED.get((verb_base(word) or "", "over")) in ("topple", "knock_over")
 
 
 def _same(part: Sequence[Token], words: tuple[str, ...], one: str) -> bool:

@@ -458,6 +458,8 @@ def test_a_side_of_the_picture_says_more_than_the_things_own_way(
         ("The blue box is given a quick spin.", "spin"),
         ("The blue box sways to the left and then to the right.", "sway"),
         ("The blue box spins counterclockwise.", "spin"),
+        ("The blue box is knocked over to the right.", "knock_over"),
+        ("The red ball rolls over to the blue box.", "roll"),
         ("The blue box, gathering speed, slides to the left.", "accelerate"),
     ],
 )

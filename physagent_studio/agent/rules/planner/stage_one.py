@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import chain
 
 import numpy as np
 
@@ -13,6 +14,7 @@ from physagent_studio.agent.rules.verifier.verifier import shortfall
 from physagent_studio.contract.view import COVERS
 from physagent_studio.errors import Cancelled, StudioError
 from physagent_studio.program.edits import Edit, SetField, apply
+from physagent_studio.program.scene.state import SceneObject
 from physagent_studio.reconstruction.photo.colours import colour_of, places_of
 from physagent_studio.records import Finding, Proposal
 
@@ -40,33 +42,57 @@ def repair_scene(situation: Situation) -> Proposal:
 
 
 def repair_likeness(situation: Situation) -> Proposal | None:
-    """Another kind of shape for what is not drawn as the photograph shows it, or None.
+    """Another kind of shape, or another mask, for what is not drawn as the photograph shows it.
 
-    Of the kinds that cover the mask well enough the likeliest one; no schedule mends that.
+    Of the kinds that cover the mask well enough the likeliest one; where none does, the next mask
+    that one of them covers. No schedule mends that. None where there is neither.
     """
-    scene = situation.scene
     for mismatch in situation.assessment.diagnosis:
-        name, item = mismatch.subject, situation.program.scene.object(mismatch.subject)
-        if mismatch.code != "unlike_the_photo" or scene is None or item is None:
+        item = situation.program.scene.object(mismatch.subject)
+        if mismatch.code != "unlike_the_photo" or item is None:
             continue
-        now = item.shape.kind if item.shape is not None else item.form
-        for offer in scene.shapes.get(name, ()):
-            if offer.kind == now or offer.iou < COVERS:
-                continue
-            base = f"scene.objects.{name}"
-            edits = (
-                SetField(path=f"{base}.form", value=offer.kind),
-                SetField(path=f"{base}.shape", value=None),
-                SetField(path=f"{base}.position", value=None),
+        repairs = chain(_other_shapes(situation, item), _covered_masks(situation, item))
+        found = next((row for row in repairs if _is_fresh(situation, row[2])), None)
+        if found is not None:
+            factor, words, edits = found
+            why = f"Because {mismatch.text}: {words}."
+            return proposal(
+                situation.program, why, edits, summary=words, factor=factor, confidence=0.5
             )
-            if _is_fresh(situation, edits):
-                words = f"take {offer.kind} for the shape of {name}"
-                why = f"Because {mismatch.text}: {words}."
-                return proposal(
-                    situation.program, why, edits, summary=words, factor="primitive",
-                    confidence=0.5,
-                )  # fmt: skip
     return None
+
+
+def _other_shapes(situation: Situation, item: SceneObject) -> Iterator[Repair]:
+    """Kinds of shape, the likeliest first, that cover an object's mask."""
+    now = item.shape.kind if item.shape is not None else item.form
+    base = f"scene.objects.{item.name}"
+    offers = situation.scene.shapes.get(item.name, ()) if situation.scene is not None else ()
+    for offer in offers:
+        if offer.kind != now and offer.iou >= COVERS:
+            yield (
+                "primitive",
+                f"take {offer.kind} for the shape of {item.name}",
+                (
+                    SetField(path=f"{base}.form", value=offer.kind),
+                    SetField(path=f"{base}.shape", value=None),
+                    SetField(path=f"{base}.position", value=None),
+                ),
+            )
+
+
+def _covered_masks(situation: Situation, item: SceneObject) -> Iterator[Repair]:
+    """Masks of an object that some kind of shape covers, as looking at each tells."""
+    for repair in _other_masks(situation, item.name, f"scene.objects.{item.name}"):
+        if situation.look is None or not _is_fresh(situation, repair[2]):
+            continue
+        try:
+            scene = situation.look(apply(situation.program, repair[2]).scene)
+        except Cancelled:
+            raise
+        except StudioError:
+            continue
+        if any(offer.iou >= COVERS for offer in scene.shapes.get(item.name, ())):
+            yield repair
 
 
 def _unmeasured(situation: Situation) -> str:

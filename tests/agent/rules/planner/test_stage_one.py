@@ -145,6 +145,19 @@ def test_what_is_drawn_otherwise_gets_the_likeliest_shape_that_covers_its_mask()
     assert (item.form, item.shape, item.position) == ("inflated", None, None)
 
 
+def test_where_no_shape_covers_it_the_next_mask_that_one_covers_is_taken() -> None:
+    now = unlike(("box", 0.7), ("capsule", 0.71))
+
+    def look(state: SceneState) -> Scene:
+        best = (0.7, 0.8, 0.97, 0.99)[chosen(state)]
+        shapes = {"middle_pin": (ShapeOffer("capsule", best, best),)}
+        return replace(now.scene, shapes=MappingProxyType(shapes))
+
+    proposal = RulePlanner().propose(replace(now, look=look))
+    assert proposal.factor == "mask candidate"
+    assert chosen(apply(now.program, proposal.edits).scene) == 2
+
+
 def test_where_no_shape_covers_its_mask_a_person_is_asked() -> None:
     now = unlike(("box", 0.91), ("capsule", 0.92))
     assert repair_likeness(now) is None

@@ -154,6 +154,7 @@ class Words(_Row):
     grouped: frozenset[str]
     props: frozenset[str]
     collectives: frozenset[str]
+    growth: frozenset[str]
     joined: dict[str, str]
     plurals: dict[str, str]
     singulars: frozenset[str]

@@ -71,6 +71,9 @@ def details_of(
     for preposition, phrase in clause.places:
         take_preposition(preposition, phrase, details, stock, talk, clause)
     _join_between(details)
+    if (sense, details.direction) in (("accelerate", "up"), ("slow", "down")):
+        # "Speeds up": that is the verb, and no way.
+        details.direction = None
     return details
 
 

@@ -28,6 +28,7 @@ def in_plain_words(tokens: Sequence[Token], nouns: frozenset[str]) -> Tokens:
         _after_that,
         _more_and_more,
         _back_to_a_side,
+        _growing_on,
     ):
         found = rule(found, nouns)
     return found
@@ -292,4 +293,23 @@ def _back_to_a_side(tokens: Tokens, nouns: frozenset[str]) -> Tokens:
         hauled = at > 0 and verb_base(tokens[at - 1].text) in _HAULED
         if not (token.text == "back" and sided and hauled):
             found.append(token)
+    return tuple(found)
+
+
+def _growing_on(tokens: Tokens, nouns: frozenset[str]) -> Tokens:
+    """ "The leaves of the plant rustle", "the tree's branches sway": the plant and the tree do."""
+    found: list[Token] = []
+    index = 0
+    while index < len(tokens):
+        of, article, *whole = (*_texts(tokens, index + 1, 5), "", "")
+        grows = tokens[index].text in v.GROWTH - nouns
+        owned = index > 0 and tokens[index - 1].text in nouns
+        if grows and of == "of" and article in v.DETERMINERS and nouns & {*whole}:
+            # The article of the parts is that of the whole.
+            index += 3
+        elif grows and owned and verb_base(of) is not None:
+            index += 1
+        else:
+            found.append(tokens[index])
+            index += 1
     return tuple(found)

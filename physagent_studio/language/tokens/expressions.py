@@ -81,6 +81,8 @@ _PLAIN = {
     "slowing": "losing speed|losing momentum",
     "up": "up into the sky|into the sky|up to the sky|towards the sky|toward the sky",
     "sways": "springs back|snaps back",
+    "topples the others successively": "sets off a chain reaction|triggers a chain reaction|"
+    "starts a chain reaction|causes a chain reaction",
     "reverses": "backs up|backs away",
     "naturally": "by itself|by themselves|on its own|on their own",
     "slightly": "a little|a bit",

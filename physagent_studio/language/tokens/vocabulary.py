@@ -206,6 +206,9 @@ LANDMARKS = {word: kind for kind, said in word_lists().places.items() for word i
 MASS_HEADS = word_lists().of
 """Heads that stand for what follows their "of"."""
 
+GROWTH = word_lists().growth
+"""What moves with the plant that it grows on."""
+
 WITHDRAWING = words_of("pull remove take withdraw yank drag tug kick knock push slide drop vanish")
 """Verbs after which a support is no longer where it was."""
 PROPS = word_lists().props

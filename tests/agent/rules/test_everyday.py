@@ -79,3 +79,18 @@ def test_what_is_told_in_numbers_is_what_the_program_begins_with() -> None:
     program = program_of("office", "The coffee cup slides to the right at 0.5 m/s.")
     (action,) = program.event.actions
     assert action.model_dump()["force"]["magnitude"] == 0.5
+
+
+def test_a_row_that_one_topples_passes_it_on() -> None:
+    """The first one reaches the next, and not the last."""
+    prompt = "The first domino is pushed and topples the others in sequence."
+    program = program_of("dominoes", prompt)
+    told = {claim(s, program) for s in demanded(program)}
+    one_by_one = " and ".join(f"domino_{n} topples" for n in (2, 3, 4, 5))
+    assert f"{one_by_one}, one after another" in told
+    assert "domino_1 touches domino_5" not in told
+
+
+def test_speeding_up_is_no_rise() -> None:
+    program = program_of("toys", "The toy truck speeds up.")
+    assert not any("up" in claim(s, program) for s in demanded(program))

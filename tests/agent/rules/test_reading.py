@@ -460,6 +460,8 @@ def test_a_side_of_the_picture_says_more_than_the_things_own_way(
         ("The blue box spins counterclockwise.", "spin"),
         ("The blue box is knocked over to the right.", "knock_over"),
         ("The red ball rolls over to the blue box.", "roll"),
+        ("The leaves of the blue box rustle.", "sway"),
+        ("The blue box's branches sway.", "sway"),
         ("The blue box, gathering speed, slides to the left.", "accelerate"),
     ],
 )

@@ -6,6 +6,7 @@ from physagent_studio.agent.rules.contract.senses.common import (
     siblings,
     sideways_fall,
     struck_before,
+    struck_or_passed_on,
     touch,
     travel,
 )
@@ -79,19 +80,6 @@ def crush(c: Context) -> list[Spec]:
     return [*touched, harmed, *(before(harmed, one).opposite() for one in touched)]
 
 
-def _struck_or_passed_on(c: Context, over: Spec) -> list[Spec]:
-    """ "Knocks all three over": the ball hits one at least, and each falls because it is hit by
-    the ball or by another of them."""
-    agents = [a for a in c.frame.agent if a not in c.frame.patient]
-    hits = [spec("contacts", a, other=p) for a in agents for p in c.frame.patient]
-    if not hits:
-        return [over]
-    mine = [spec("contacts", a, other=c.subject) for a in agents]
-    passed_on = [spec("contacts", p, other=c.subject) for p in c.frame.patient if p != c.subject]
-    caused = Spec("all_of", {}, (before(any_of(*mine, *passed_on), over),))
-    return [any_of(*hits), over, caused]
-
-
 def touch_one(c: Context) -> list[Spec]:
     """The agent touches one at least of those that it acts on."""
     agents = [a for a in c.frame.agent if a not in c.frame.patient]
@@ -110,7 +98,7 @@ def knock_over(c: Context) -> list[Spec]:
         return [*touch_one(c), *collapse(c)]
     over = spec("topples", c.subject, tilt=45.0)
     if c.frame.agent and len(c.frame.patient) > 1:
-        return [*_struck_or_passed_on(c, over), *siblings(c), *sideways_fall(c)]
+        return [*struck_or_passed_on(c, over), *siblings(c), *sideways_fall(c)]
     struck = touch(c) or struck_before(c)
     found = [*touch(c), over, *siblings(c), *sideways_fall(c)]
     return [*found, before(struck[0], over)] if struck else found

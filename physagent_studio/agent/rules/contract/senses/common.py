@@ -10,6 +10,7 @@ from physagent_studio.agent.rules.contract.specs import (
     Context,
     Spec,
     any_of,
+    before,
     forward,
     over_way,
     spec,
@@ -254,3 +255,16 @@ def arrival(c: Context, frame: EventFrame) -> Spec | None:
     if place.kind == "landmark":
         return spec("passes_over", c.subject, landmark=name)
     return spec("contacts", c.subject, other=name)
+
+
+def struck_or_passed_on(c: Context, over: Spec) -> list[Spec]:
+    """ "Knocks all three over": the ball hits one at least, and each falls because it is hit by
+    the ball or by another of them."""
+    agents = [a for a in c.frame.agent if a not in c.frame.patient]
+    hits = [spec("contacts", a, other=p) for a in agents for p in c.frame.patient]
+    if not hits:
+        return [over]
+    mine = [spec("contacts", a, other=c.subject) for a in agents]
+    passed_on = [spec("contacts", p, other=c.subject) for p in c.frame.patient if p != c.subject]
+    caused = Spec("all_of", {}, (before(any_of(*mine, *passed_on), over),))
+    return [any_of(*hits), over, caused]

@@ -9,6 +9,7 @@ from physagent_studio.agent.rules.contract.senses.common import (
     siblings,
     sideways_fall,
     struck_before,
+    struck_or_passed_on,
     touch,
 )
 from physagent_studio.agent.rules.contract.senses.whereabouts import along
@@ -25,10 +26,14 @@ def topple(c: Context) -> list[Spec]:
     if c.frame.posture == "side":
         found.append(spec("topples", c.subject, tilt=135.0, negated=True))
     found += sideways_fall(c)
-    struck = touch(c) or struck_before(c)
-    found += touch(c)
-    if struck:
-        found.append(before(struck[0], over))
+    if c.frame.agent and len(c.frame.patient) > 1:
+        # "The first domino topples the others": one of them, which topples the next.
+        found += [one for one in struck_or_passed_on(c, over) if one is not over]
+    else:
+        struck = touch(c) or struck_before(c)
+        found += touch(c)
+        if struck:
+            found.append(before(struck[0], over))
     on = c.frame.place("on", "atop")
     if on is not None and on.kind == "support":
         found.append(spec("reaches", c.subject, other=on.name))

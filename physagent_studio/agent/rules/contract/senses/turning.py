@@ -34,7 +34,7 @@ def topple(c: Context) -> list[Spec]:
         found += touch(c)
         if struck:
             found.append(before(struck[0], over))
-    on = c.frame.place("on", "atop")
+    on = c.frame.place("on", "atop", "against")
     if on is not None and on.kind == "support":
         found.append(spec("reaches", c.subject, other=on.name))
     elif on is not None and on.kind == "object" and on.name != c.subject:

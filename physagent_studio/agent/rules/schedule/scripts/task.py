@@ -131,8 +131,8 @@ class Task:
         """The way to the side of a thing on which it shall end, or to what it shall fall
         towards, where no way is named."""
         for frame in self.intent.frames:
-            toward = frame.place("toward")
-            if frame.sense in ("topple", "lean") and toward and self.layout.has(toward.name):
+            toward = frame.place("toward", "against")
+            if frame.sense in ("topple", "lean", "fall") and toward and self.layout.has(toward.name):
                 away = self.layout.position(toward.name) - self.layout.position(self.name)
                 return named_way(level(away))
             for relation, place in frame.places:

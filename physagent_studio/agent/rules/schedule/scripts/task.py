@@ -132,7 +132,8 @@ class Task:
         towards, where no way is named."""
         for frame in self.intent.frames:
             toward = frame.place("toward", "against")
-            if frame.sense in ("topple", "lean", "fall") and toward and self.layout.has(toward.name):
+            falls = frame.sense in ("topple", "lean", "fall")
+            if falls and toward and self.layout.has(toward.name):
                 away = self.layout.position(toward.name) - self.layout.position(self.name)
                 return named_way(level(away))
             for relation, place in frame.places:

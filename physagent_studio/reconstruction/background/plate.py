@@ -13,6 +13,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from physagent_studio.arrays import FloatArray
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import Support
 from physagent_studio.reconstruction.background.cast_shadows import shaded
@@ -39,8 +40,6 @@ from physagent_studio.reconstruction.photo.regions import BoolArray, bounds, gro
 from physagent_studio.reconstruction.switches import at_work
 from physagent_studio.records.case import Image
 
-FloatArray = NDArray[np.float64]
-FloatImage = NDArray[np.float32]
 NO_LINES: FloatArray = np.zeros((0, 2, 2))
 Inpaint = Callable[[Image, BoolArray], Image]
 """Fills a hole (H, W) of a picture (H, W, 3) from what is around it."""

@@ -9,9 +9,8 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
+from physagent_studio.arrays import FloatArray
 from physagent_studio.reconstruction.photo.regions import BoolArray, bounds
-
-FloatArray = NDArray[np.float64]
 
 NO_LINES: FloatArray = np.zeros((0, 2, 2))
 

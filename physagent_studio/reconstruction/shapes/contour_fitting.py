@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from physagent_studio.arrays import FloatArray
-from physagent_studio.reconstruction.photo.regions import BoolArray
+from physagent_studio.arrays import BoolArray, FloatArray
 
 
 @dataclass(frozen=True, slots=True)

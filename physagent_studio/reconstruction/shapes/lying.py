@@ -13,13 +13,12 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import minimize
 
-from physagent_studio.arrays import FloatArray
+from physagent_studio.arrays import BoolArray, FloatArray
 from physagent_studio.knowledge import Usual
 from physagent_studio.program.rotations import about_axis, about_up, matrix_of, multiply
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import Capsule, Cylinder, Shape
 from physagent_studio.reconstruction.camera.rays import metres_per_pixel, on_plane, on_upright
-from physagent_studio.reconstruction.photo.regions import BoolArray
 from physagent_studio.reconstruction.shapes.fit_target import Target
 from physagent_studio.reconstruction.shapes.outlines import sphere_rim
 from physagent_studio.reconstruction.shapes.primitives import COST, PRIMITIVE, Base, Fit

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
-from physagent_studio.arrays import FloatArray
+from physagent_studio.arrays import BoolArray, FloatArray
 from physagent_studio.program.base import IDENTITY
 from physagent_studio.program.rotations import about_up
 from physagent_studio.program.scene.camera import Camera
@@ -27,7 +27,6 @@ from physagent_studio.program.scene.state import (
 )
 from physagent_studio.reconstruction.camera.rays import metres_per_pixel
 from physagent_studio.reconstruction.photo.line_segments import Segments
-from physagent_studio.reconstruction.photo.regions import BoolArray
 from physagent_studio.reconstruction.shapes.contour_fitting import drawn_to, rim_of
 from physagent_studio.reconstruction.shapes.creases import CREASE, Creases
 from physagent_studio.reconstruction.shapes.fit_target import Target

@@ -9,11 +9,10 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial import KDTree
 
-from physagent_studio.arrays import FloatArray
+from physagent_studio.arrays import BoolArray, FloatArray
 from physagent_studio.program.rotations import matrix_of
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import Box, SceneObject
-from physagent_studio.reconstruction.photo.regions import BoolArray
 from physagent_studio.reconstruction.shapes.meshes import mesh_of
 from physagent_studio.reconstruction.switches import at_work
 from physagent_studio.records.scene import Mesh

@@ -85,13 +85,9 @@ def background(
         lines = each_once(np.concatenate([lines, running_in(hole, found)]))
         plate = drawn(photo, plate, hole, lines)
     if inpaint is not None:
-        plate = inpaint(plate, _beyond(hole, faces))
+        # Where no known plane is behind the hole.
+        plate = inpaint(plate, hole if faces is None else hole & (faces == SURFACE.beyond_number))
     return plate
-
-
-def _beyond(hole: BoolArray, faces: NDArray[np.int64] | None) -> BoolArray:
-    """(H, W) the hole where no known plane is behind it."""
-    return hole if faces is None else hole & (faces == SURFACE.beyond_number)
 
 
 def taken_out(

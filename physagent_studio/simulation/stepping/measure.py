@@ -72,7 +72,7 @@ def _own(world: World, trace: Trace, setting: str) -> Rollout:
         spans=_spans(trace),
         warnings=tuple(trace.alarms),
         releases=tuple(trace.releases),
-        versions=versions(),
+        versions=(("mujoco", mj.mj_versionString()), ("physagent-studio", __version__)),
         snapshots=trace.snapshots_so_far(),
         memories=tuple(trace.memories),
         actions=action_keys(program),
@@ -172,11 +172,6 @@ def _principal_frames(parts: list[RigidPart]) -> FloatArray:
 def action_keys(program: PhysicalProgram) -> tuple[tuple[str, str], ...]:
     """(id, canonical JSON) of the actions that act, in order."""
     return tuple((a.id, a.model_dump_json()) for a in program.event.actions if not a.muted)
-
-
-def versions() -> tuple[tuple[str, str], ...]:
-    """What made the rollout."""
-    return (("mujoco", mj.mj_versionString()), ("physagent-studio", __version__))
 
 
 def _known(trace: Trace, contacts: np.ndarray) -> np.ndarray:

@@ -18,6 +18,7 @@ from physagent_studio import __version__
 from physagent_studio.program import PhysicalProgram
 from physagent_studio.program.rotations import cross, rotated
 from physagent_studio.records import ActionSpan, Alarm, Rollout
+from physagent_studio.records.rollout_io import ARRAYS
 from physagent_studio.simulation.actions.world import World
 from physagent_studio.simulation.bodies.clouds import quaternions_of
 from physagent_studio.simulation.bodies.flexes import skinned
@@ -274,20 +275,10 @@ def _join(previous: Rollout, tail: Rollout, contacts: np.ndarray, step: int) -> 
     """`previous` up to and with row `step`, then `tail`, whose rows before are not valid."""
     arrays = {
         name: np.concatenate([getattr(previous, name)[: step + 1], getattr(tail, name)[step + 1 :]])
-        for name in _ROWS
+        for name in ARRAYS
+        if name != "masses"
     }
     return dataclasses.replace(tail, contacts=contacts, **arrays)
-
-
-_ROWS = (
-    "positions",
-    "rotations",
-    "velocities",
-    "angular",
-    "kinetic",
-    "potential",
-    "penetration",
-)
 
 
 LEAST = 0.01

@@ -48,7 +48,6 @@ Inpaint = Callable[[Image, BoolArray], Image]
 def background(
     photo: Image,
     masks: Sequence[BoolArray],
-    lines: FloatArray = NO_LINES,
     camera: Camera | None = None,
     found: Segments | None = None,
     solid: Sequence[Support] = (),
@@ -57,13 +56,12 @@ def background(
 ) -> Image:
     """The photo (H, W, 3) without the masked things and the shade close around their feet.
 
-    lines: (N, 2, 2) pixels, edges that go on behind them beside those that are seen to. camera:
-    with it, what lies on the floor or a table is filled in as seen from above. found: the photo's
-    edges, to continue them. solid: supports whose edges go on, with a camera. rooted: those of the
-    masks whose things stay where they are, with their shade and what is at their foot. inpaint:
-    fills what lies on no known plane; without a camera none is known.
+    camera: with it, what lies on the floor or a table is filled in as seen from above. found: the
+    photo's edges, to continue them. solid: supports whose edges go on, with a camera. rooted: those
+    of the masks whose things stay where they are, with their shade and what is at their foot.
+    inpaint: fills what lies on no known plane; without a camera none is known.
     """
-    faces = None
+    faces, lines = None, NO_LINES
     if camera is not None and at_work("faces"):
         faces = surfaces(photo, hole_of(masks, photo.shape[:2]), camera, solid)
     found = None if found is None else with_hues(photo, found)

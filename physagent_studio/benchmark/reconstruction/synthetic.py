@@ -6,7 +6,7 @@ They are plainer than photographs on purpose: what they measure is geometry, not
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import cv2
@@ -26,6 +26,7 @@ from physagent_studio.program.scene.state import (
     Sphere,
 )
 from physagent_studio.reconstruction import mesh_of
+from physagent_studio.reconstruction.masks.segmenter import Cancelled
 from physagent_studio.reconstruction.shapes.silhouettes import look
 from physagent_studio.records.case import Image
 from physagent_studio.records.scene import Candidate
@@ -38,10 +39,7 @@ class TrueMasks:
         self.masks = masks
 
     def segment(
-        self,
-        image: Image,
-        groundings: Sequence[tuple[str, Grounding]],
-        cancelled: Callable[[], bool] | None = None,
+        self, image: Image, groundings: Sequence[tuple[str, Grounding]], cancelled: Cancelled = None
     ) -> dict[str, tuple[Candidate, ...]]:
         """The known masks, one candidate each."""
         return {name: (Candidate(self.masks[name], 1.0, "truth"),) for name, _ in groundings}

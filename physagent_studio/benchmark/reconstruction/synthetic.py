@@ -13,7 +13,7 @@ import cv2
 import numpy as np
 
 from physagent_studio.arrays import BoolArray, FloatArray
-from physagent_studio.program.rotations import about_up, matrix_of
+from physagent_studio.program.rotations import about_up
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import (
     Box,
@@ -27,7 +27,7 @@ from physagent_studio.program.scene.state import (
 )
 from physagent_studio.reconstruction import mesh_of
 from physagent_studio.reconstruction.masks.segmenter import Cancelled
-from physagent_studio.reconstruction.shapes.silhouettes import look
+from physagent_studio.reconstruction.shapes.silhouettes import in_world, look
 from physagent_studio.records.case import Image
 from physagent_studio.records.scene import Candidate
 
@@ -116,10 +116,7 @@ def _drawn(rng: np.random.Generator, camera: Camera, objects: tuple[SceneObject,
     for item in objects:
         assert item.shape is not None
         mesh = mesh_of(item.shape)
-        bodies[item.name] = (
-            mesh.vertices @ matrix_of(item.rotation).T + np.asarray(item.position),
-            mesh.faces,
-        )
+        bodies[item.name] = (in_world(item, mesh), mesh.faces)
     image = backdrop(rng, camera)
     _shade_ground(image, camera, objects)
     seen = look(camera, bodies)

@@ -17,6 +17,7 @@ from physagent_studio.arrays import FloatArray
 from physagent_studio.errors import InputError
 from physagent_studio.program.rotations import about_up, matrix_of
 from physagent_studio.program.scene.boards import Size3, open_box, rails_of
+from physagent_studio.program.scene.shapes import frustum_centre
 from physagent_studio.program.scene.stairs import treads_of
 from physagent_studio.program.scene.state import (
     Box,
@@ -111,12 +112,6 @@ def one_surface(
     starts = np.cumsum([0, *(len(vertices) for vertices, _ in parts)])
     faces = [own + start for (_, own), start in zip(parts, starts, strict=False)]
     return np.vstack([own for own, _ in parts]), np.vstack(faces).astype(np.int32)
-
-
-def frustum_centre(shape: Frustum) -> float:
-    """Height of the centre of mass above the bottom, m."""
-    a, b = shape.bottom_radius, shape.top_radius
-    return shape.height / 4 * (a * a + 2 * a * b + 3 * b * b) / max(a * a + a * b + b * b, 1e-18)
 
 
 def capsule_profile(shape: Capsule) -> list[tuple[float, float]]:

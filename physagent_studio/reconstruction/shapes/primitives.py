@@ -14,6 +14,7 @@ from physagent_studio.arrays import BoolArray, FloatArray
 from physagent_studio.program.base import IDENTITY
 from physagent_studio.program.rotations import about_up
 from physagent_studio.program.scene.camera import Camera
+from physagent_studio.program.scene.shapes import frustum_centre
 from physagent_studio.program.scene.state import (
     Box,
     Capsule,
@@ -29,7 +30,7 @@ from physagent_studio.reconstruction.photo.line_segments import Segments
 from physagent_studio.reconstruction.shapes.contour_fitting import drawn_to, least_near, rim_of
 from physagent_studio.reconstruction.shapes.creases import CREASE, Creases
 from physagent_studio.reconstruction.shapes.fit_target import Target
-from physagent_studio.reconstruction.shapes.meshes import frustum_centre, profile_centre
+from physagent_studio.reconstruction.shapes.meshes import profile_centre
 from physagent_studio.reconstruction.shapes.outlines import bowl_profile, faces_seen, outline
 from physagent_studio.reconstruction.switches import at_work
 

@@ -64,7 +64,7 @@ def with_parts(
         world, triangles = sheet_on_plane(blob, camera, place)
         # What stands on the ground does not reach into it with its parts.
         world[:, 2] = np.maximum(world[:, 2], low)
-        parts.append(((world - place) @ turn, triangles))
+        parts.append(((world - place) @ turn, triangles.astype(np.int32)))
     return Mesh(*one_surface(parts), color=mesh.color) if found else mesh
 
 

@@ -9,25 +9,3 @@ from physagent_studio.exchange.peers.reading import load_peer
 from physagent_studio.exchange.prior import BUNDLES, Prior, export_motion_prior, write_bundles
 from physagent_studio.exchange.replay import Replay, ReplayCheck, ReplayRound, replay_html
 from physagent_studio.exchange.video import write_video
-
-__all__ = [
-    "BUNDLES",
-    "PeerSetup",
-    "Prior",
-    "Replay",
-    "ReplayCheck",
-    "ReplayRound",
-    "annotated",
-    "case_from_image",
-    "export_motion_prior",
-    "is_peer_config",
-    "load_case",
-    "load_peer",
-    "load_peer_config",
-    "read_lessons",
-    "replay_html",
-    "write_bundles",
-    "write_glb",
-    "write_lessons",
-    "write_video",
-]

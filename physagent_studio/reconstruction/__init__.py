@@ -10,14 +10,3 @@ from physagent_studio.reconstruction.photo.reading import (
 )
 from physagent_studio.reconstruction.pipeline import reconstruct
 from physagent_studio.reconstruction.shapes.meshes import mesh_of
-
-__all__ = [
-    "mesh_of",
-    "photo_hash",
-    "read_photo",
-    "read_scaled",
-    "reconstruct",
-    "reduction_of",
-    "scene_hash",
-    "stated_focal",
-]

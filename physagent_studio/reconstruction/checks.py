@@ -85,16 +85,9 @@ def _camera(camera: Camera) -> Finding:
     sigma = camera.horizon_sigma or 0.0
     share = 0.0 if camera.confirmed else sigma / camera.size[1]
     how = "confirmed" if camera.confirmed else f"{camera.source}, ± {sigma:.0f} px"
-    return Finding(
-        "horizon",
-        "camera",
-        share,
-        CHECK.max_horizon_share,
-        "picture heights",
-        share <= CHECK.max_horizon_share,
-        "camera",
-        f"the horizon is {_row(camera)} ({how})",
-    )
+    text, most = f"the horizon is {_row(camera)} ({how})", CHECK.max_horizon_share
+    fine = share <= most
+    return Finding("horizon", "camera", share, most, "picture heights", fine, "camera", text)
 
 
 def _row(camera: Camera) -> str:
@@ -122,14 +115,12 @@ def _called(state: SceneState, image: Image, masks: Mapping[str, BoolArray]) -> 
         mask, word = masks.get(item.name), colour_of(item.name)
         if mask is None or word is None or not mask.any():
             continue
-        share = float(pixels_like(image, word)[mask].mean())
-        fine = share >= CHECK.min_named_share
+        share, least = float(pixels_like(image, word)[mask].mean()), CHECK.min_named_share
+        fine = share >= least
         text = f"{item.name}: {share:.0%} of what was clicked may be called {word}"
         if not fine:
             text += f", most of it is {said_of(image, mask)}"
-        out.append(
-            Finding("colour", item.name, share, CHECK.min_named_share, "", fine, "points", text)
-        )
+        out.append(Finding("colour", item.name, share, least, "", fine, "points", text))
     return out
 
 
@@ -149,20 +140,10 @@ def _silhouettes(
         mask = masks.get(item.name)
         if mask is None:
             continue
-        value = iou(seen.owner == index, mask)
+        value, least = iou(seen.owner == index, mask), CHECK.min_iou
         text = f"the shape of {item.name} covers what was cut out with IoU {value:.2f}"
-        out.append(
-            Finding(
-                "reprojection",
-                item.name,
-                value,
-                CHECK.min_iou,
-                "",
-                value >= CHECK.min_iou,
-                "mask",
-                text,
-            )
-        )
+        fine = value >= least
+        out.append(Finding("reprojection", item.name, value, least, "", fine, "mask", text))
         cut = border_share(mask)
         text = f"the border of the picture cuts off {cut:.0%} of the outline of {item.name}"
         text = f"the whole of {item.name} is in the picture" if cut < 0.005 else text

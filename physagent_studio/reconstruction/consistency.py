@@ -55,10 +55,8 @@ def _against_lines(camera: Camera, estimate: Horizon) -> Finding:
         f"the horizon is stated at row {camera.horizon:.0f}, the picture itself has it at row"
         f" {estimate.row:.0f} ± {estimate.sigma:.0f}"
     )
-    fine = away <= CONSISTENT.max_horizon_sigmas
-    return Finding(
-        "stated", "camera", away, CONSISTENT.max_horizon_sigmas, "sigma", fine, "camera", text
-    )
+    most = CONSISTENT.max_horizon_sigmas
+    return Finding("stated", "camera", away, most, "sigma", away <= most, "camera", text)
 
 
 def _standing(state: SceneState, masks: Mapping[str, BoolArray]) -> list[SceneObject]:

@@ -34,7 +34,7 @@ from physagent_studio.reconstruction.masks.segmenter import EmbeddedSegmenter, S
 from physagent_studio.reconstruction.masks.sureness import sureness
 from physagent_studio.reconstruction.photo.line_segments import Segments, segments
 from physagent_studio.reconstruction.placement import basins, supports
-from physagent_studio.reconstruction.placement.place import Placed, place_all
+from physagent_studio.reconstruction.placement.place import Ground, Placed, place_all
 from physagent_studio.reconstruction.placement.static_stability import reaching
 from physagent_studio.reconstruction.shapes.meshes import support_mesh
 from physagent_studio.reconstruction.shapes.offers import ranked, ranking
@@ -269,18 +269,10 @@ def _put(
     solid = basins.with_basins(solid, sight.basins, sight.masks, stances, read)
     run.at("objects", 0.55)
     given = {**(previous.meshes if previous is not None else {}), **bodies}
-    placed = place_all(
-        state.objects,
-        solid,
-        {**sight.masks, **sight.basins},
-        stances,
-        read,
-        given,
-        frozenset(bodies),
-        lambda share: run.at("objects", 0.55 + 0.2 * share),
-        frozenset(ranked(state, sight.masks, previous)),
-        sight.found,
-    )
+    things = {**sight.masks, **sight.basins}
+    known = ranked(state, sight.masks, previous)
+    ground = Ground(solid, things, stances, read, given, frozenset(bodies), known, sight.found)
+    placed = place_all(state.objects, ground, lambda share: run.at("objects", 0.55 + 0.2 * share))
     solid = _carrying(state, solid, placed)
     marks, open_marks = landmarks.resolve(state.landmarks, read.camera, solid, read.shown)
     still_open = (*open_supports, *open_marks, *named_tops.said(state))

@@ -18,7 +18,7 @@ from physagent_studio.errors import InputError
 from physagent_studio.records.rollout import CONTACT_DTYPE, ActionSpan, Alarm, Release, Rollout
 
 FORMAT = 1
-_ARRAYS = (
+ARRAYS = (
     "positions",
     "rotations",
     "velocities",
@@ -49,7 +49,7 @@ def rollout_to_bytes(rollout: Rollout) -> bytes:
         "actions": rollout.actions,
         "setting": rollout.setting,
     }
-    arrays: dict[str, NDArray[Any]] = {name: getattr(rollout, name) for name in _ARRAYS}
+    arrays: dict[str, NDArray[Any]] = {name: getattr(rollout, name) for name in ARRAYS}
     # One plain column per field: structured arrays compress worse and read back less widely.
     for field in CONTACT_DTYPE.names or ():
         arrays[f"contacts.{field}"] = rollout.contacts[field]
@@ -106,7 +106,7 @@ def _rollout(meta: dict[str, Any], arrays: dict[str, NDArray[Any]]) -> Rollout:
         memories=tuple(meta.get("memories", ())),
         actions=tuple((name, text) for name, text in meta.get("actions", ())),
         setting=meta.get("setting", ""),
-        **{name: arrays[name] for name in _ARRAYS},
+        **{name: arrays[name] for name in ARRAYS},
     )
 
 

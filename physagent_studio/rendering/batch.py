@@ -155,7 +155,7 @@ def corner_normals(vertices: FloatArray, faces: IntArray, welded: IntArray) -> F
     total = np.zeros((faces.size, 3))
     # Corners of one vertex lie side by side after sorting: compare each with the next, the one
     # after that, and so on, as often as the busiest vertex needs.
-    for shift in range(_valence(vertex)):
+    for shift in range(int(np.bincount(vertex).max(initial=0))):
         here = slice(0, len(corner) - shift)
         there = slice(shift, len(corner))
         same = vertex[here] == vertex[there]
@@ -164,10 +164,6 @@ def corner_normals(vertices: FloatArray, faces: IntArray, welded: IntArray) -> F
         if shift:
             total[corner[there]] += np.where(same[:, None], flat[face[here]], 0)
     return _unit(total.reshape(-1, 3, 3))
-
-
-def _valence(sorted_vertex: IntArray) -> int:
-    return int(np.bincount(sorted_vertex).max(initial=0)) if len(sorted_vertex) else 0
 
 
 def _unit(vectors: FloatArray) -> FloatArray:

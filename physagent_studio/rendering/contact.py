@@ -57,8 +57,3 @@ def deepening(plate: Picture, step: int, shape: tuple[int, int]) -> NDArray[np.f
     small = cv2.GaussianBlur(reduced(plate, step, shape), (0, 0), _SMOOTH) + 2.0
     short = np.log(small.max(-1, keepdims=True) / small)
     return np.ascontiguousarray(np.moveaxis(np.minimum(1 + short, _DEEPEST), -1, 0), np.float32)
-
-
-def tinted(passing: NDArray[np.float32], deep: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Light that passes (3, h, w), deepened by the ground (3, h, w)."""
-    return np.exp(np.log(np.maximum(passing, np.float32(1e-3))) * deep)

@@ -21,7 +21,7 @@ from physagent_studio.program.scene.state import Floor, Wall
 from physagent_studio.records.scene import Scene
 from physagent_studio.rendering.batch import corner_normals
 from physagent_studio.rendering.compositor import Compositor
-from physagent_studio.rendering.frame import Frame, Picture, Surface
+from physagent_studio.rendering.frame import Frame, Surface
 from physagent_studio.rendering.light import linear_of, srgb_of
 from physagent_studio.rendering.raster import FloatArray, between
 
@@ -100,7 +100,8 @@ class PathTracer(Compositor):
         mixed[clear] = (change * self._plate)[clear]
         ids, depth = self._seen(pose.hits)
         surface = Surface(pose.hits, pose.points, faces, self.lens)
-        return Frame(_encoded(mixed), ids, depth, surface)
+        rgb = (255 * srgb_of(np.clip(mixed, 0, 1)) + 0.5).astype(np.uint8)
+        return Frame(rgb, ids, depth, surface)
 
     def _lit(self, world: FloatArray, kept: NDArray[np.bool_]) -> tuple[FloatArray, FloatArray]:
         """(H, W, 3) linear light with things, and (H, W, 1) how much of each pixel they cover.
@@ -323,7 +324,3 @@ def _rgb(values: FloatArray) -> dict[str, Any]:
 
 
 _LINEAR = linear_of(np.arange(256) / 255)
-
-
-def _encoded(light: FloatArray) -> Picture:
-    return (255 * srgb_of(np.clip(light, 0, 1)) + 0.5).astype(np.uint8)

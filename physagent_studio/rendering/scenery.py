@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from physagent_studio.records.scene import Scene
 from physagent_studio.rendering.batch import Batch
-from physagent_studio.rendering.contact import contact_light, deepening, tinted
+from physagent_studio.rendering.contact import contact_light, deepening
 from physagent_studio.rendering.frame import Picture
 from physagent_studio.rendering.grid import enlarged, reduced
 from physagent_studio.rendering.raster import FloatArray, Lens
@@ -109,7 +109,9 @@ class Scenery:
             light = seen if sun.seen else passing
             for channel, strength in enumerate(sun.strength.astype(np.float32)):
                 light[channel] *= 1 - dark[window] * strength
-        light = tinted(passing, self.deep[:, *window]) * seen
+        # Deepened by the ground.
+        passing = np.exp(np.log(np.maximum(passing, np.float32(1e-3))) * self.deep[:, *window])
+        light = passing * seen
         return lit(picture, light, self.lights[0][1].ground.step, window)
 
 

@@ -17,7 +17,7 @@ from physagent_studio.program import Edit, PhysicalProgram, SetField
 from physagent_studio.program.base import Pixel
 from physagent_studio.program.preflight.mechanics import standing
 from physagent_studio.program.preflight.scaling import shape_scaled
-from physagent_studio.program.scene.aloft import AIR, Carriage, aloft_as, carriage_of
+from physagent_studio.program.scene.aloft import AIR, Carriage, carriage_of
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.shapes import Placed, lowest, place_object, reach
 from physagent_studio.program.scene.state import Floor, SceneObject, SceneState
@@ -45,7 +45,7 @@ def carriage_edits(
     under = _below(program.scene, item) if how == "stands" else AIR
     edits: list[Edit] = [
         SetField(path=f"{path}.support", value=under),
-        SetField(path=f"{path}.aloft", value=aloft_as(how)),
+        SetField(path=f"{path}.aloft", value=how if how in ("hangs", "floats") else None),
     ]
     if how != "stands":
         return tuple(edits)

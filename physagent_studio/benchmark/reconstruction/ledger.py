@@ -159,9 +159,7 @@ def bench(
     found = {name: ({}, {rule: {} for rule in own.heuristics}) for name, own in MEASURES.items()}
     for seed in seeds:
         drawn = scene(seed)
-        plain += [
-            iou(plain_cut(drawn.image, s.box.box), s.mask) for s in drawn.subjects if s.box.box
-        ]
+        plain += plain_cuts(drawn)
         for name, own in MEASURES.items():
             _measured(own, seed, drawn, *found[name])
     rows = _figures(found["masks"][0], plain)
@@ -218,6 +216,11 @@ def entry_of(
     gains = gains[np.abs(gains) >= CHANGED * worth]
     mean = float(gains.mean()) if len(gains) else 0.0
     return Entry(name, worth, len(gains), int((gains > 0).sum()), int((gains < 0).sum()), mean)
+
+
+def plain_cuts(drawn: Pictured) -> list[float]:
+    """The IoU of each boxed thing as `plain_cut` has it."""
+    return [iou(plain_cut(drawn.image, s.box.box), s.mask) for s in drawn.subjects if s.box.box]
 
 
 def plain_cut(image: Image, box: tuple[float, float, float, float]) -> NDArray[np.bool_]:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physagent_studio.arrays import FloatArray
-from physagent_studio.benchmark.reconstruction.ledger import WAYS, plain_cut
+from physagent_studio.benchmark.reconstruction.ledger import WAYS, plain_cuts
 from physagent_studio.benchmark.rows import Row, at_least, at_most, shown
 from physagent_studio.benchmark.scenes import Pictured, scene
 from physagent_studio.reconstruction.masks.segmenter import EmbeddedSegmenter, choose
@@ -43,9 +43,7 @@ def many_part_rows(seeds: Iterable[int] = SEEDS) -> list[Row]:
     plain: list[float] = []
     for seed in seeds:
         drawn = scene(seed)
-        plain += [
-            iou(plain_cut(drawn.image, s.box.box), s.mask) for s in drawn.subjects if s.box.box
-        ]
+        plain += plain_cuts(drawn)
         for way in WAYS:
             cuts += _cut(drawn, way)
     rows = [shown("many parts: things", len(plain))]

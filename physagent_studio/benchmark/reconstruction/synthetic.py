@@ -6,14 +6,14 @@ They are plainer than photographs on purpose: what they measure is geometry, not
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import cv2
 import numpy as np
 
 from physagent_studio.arrays import BoolArray, FloatArray
-from physagent_studio.program.rotations import about_up, matrix_of
+from physagent_studio.program.rotations import about_up
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import (
     Box,
@@ -26,7 +26,8 @@ from physagent_studio.program.scene.state import (
     Sphere,
 )
 from physagent_studio.reconstruction import mesh_of
-from physagent_studio.reconstruction.shapes.silhouettes import look
+from physagent_studio.reconstruction.masks.segmenter import Cancelled
+from physagent_studio.reconstruction.shapes.silhouettes import in_world, look
 from physagent_studio.records.case import Image
 from physagent_studio.records.scene import Candidate
 
@@ -38,10 +39,7 @@ class TrueMasks:
         self.masks = masks
 
     def segment(
-        self,
-        image: Image,
-        groundings: Sequence[tuple[str, Grounding]],
-        cancelled: Callable[[], bool] | None = None,
+        self, image: Image, groundings: Sequence[tuple[str, Grounding]], cancelled: Cancelled = None
     ) -> dict[str, tuple[Candidate, ...]]:
         """The known masks, one candidate each."""
         return {name: (Candidate(self.masks[name], 1.0, "truth"),) for name, _ in groundings}
@@ -118,10 +116,7 @@ def _drawn(rng: np.random.Generator, camera: Camera, objects: tuple[SceneObject,
     for item in objects:
         assert item.shape is not None
         mesh = mesh_of(item.shape)
-        bodies[item.name] = (
-            mesh.vertices @ matrix_of(item.rotation).T + np.asarray(item.position),
-            mesh.faces,
-        )
+        bodies[item.name] = (in_world(item, mesh), mesh.faces)
     image = backdrop(rng, camera)
     _shade_ground(image, camera, objects)
     seen = look(camera, bodies)

@@ -8,5 +8,3 @@ puts it together. Seeds 0 to 999 are there to build with, 1000 to 1999 for the l
 """
 
 from physagent_studio.benchmark.scenes.pictures import Pictured, Subject, scene
-
-__all__ = ["Pictured", "Subject", "scene"]

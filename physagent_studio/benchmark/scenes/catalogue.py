@@ -109,7 +109,8 @@ def _form(said: Mapping[str, Any], rng: np.random.Generator) -> Form:
     if said["form"] == "brick":
         return forms.brick(size, said.get("right", 1.0))
     if said["form"] == "block":
-        return forms.block(size, said.get("round", 0.12))
+        # Its flat sides need corners rather than many points: a grid's crowd at the edges.
+        return forms.ball(size, max(said.get("round", 0.12), 0.02))
     # What is flat has to fit to other parts; only round ones stray.
     return forms.ball([side * stray for side in size])
 

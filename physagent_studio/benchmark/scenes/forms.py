@@ -41,12 +41,6 @@ def ball(size: Sequence[float], roundness: float = 1.0) -> Form:
     return _wrapped(points * np.asarray(size) / 2)
 
 
-def block(size: Sequence[float], roundness: float = 0.12) -> Form:
-    """A block with rounded edges."""
-    # Its flat sides need corners rather than many points: those of a grid crowd at the edges.
-    return ball(size, max(roundness, 0.02))
-
-
 def can(size: Sequence[float], taper: float = 1.0) -> Form:
     """An upright cylinder or cone. taper: width of the top over that of the foot."""
     half = size[2] / 2

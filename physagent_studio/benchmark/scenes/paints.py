@@ -73,7 +73,8 @@ def _plain(at: FloatArray, repeats: float, rng: np.random.Generator) -> FloatArr
 
 
 def _stripes(at: FloatArray, repeats: float, rng: np.random.Generator) -> FloatArray:
-    axis = at @ _axis(rng)
+    way = rng.normal(0, (1.0, 0.3, 0.6))
+    axis = at @ (way / np.linalg.norm(way))
     return (np.sin(axis * np.pi * repeats) > 0.1).astype(float)
 
 
@@ -92,11 +93,6 @@ def _wedges(at: FloatArray, repeats: float, rng: np.random.Generator) -> FloatAr
 
 def _blotches(at: FloatArray, repeats: float, rng: np.random.Generator) -> FloatArray:
     return (field(at, repeats, rng) > 0.45).astype(float)
-
-
-def _axis(rng: np.random.Generator) -> FloatArray:
-    way = rng.normal(0, (1.0, 0.3, 0.6))
-    return way / np.linalg.norm(way)
 
 
 PATTERNS: dict[str, Callable[[FloatArray, float, np.random.Generator], FloatArray]] = {

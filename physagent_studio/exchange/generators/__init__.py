@@ -8,5 +8,3 @@ keep to the `VideoGenerator` Protocol.
 from physagent_studio.exchange.generators.comfyui import ComfyUI
 from physagent_studio.exchange.generators.diffusers import Diffusers
 from physagent_studio.exchange.generators.protocol import Composite, VideoGenerator
-
-__all__ = ["ComfyUI", "Composite", "Diffusers", "VideoGenerator"]

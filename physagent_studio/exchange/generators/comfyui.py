@@ -46,12 +46,7 @@ class ComfyUI:
     name: str = "comfyui"
 
     def generate(
-        self,
-        prior: Prior,
-        out: Path,
-        *,
-        cancelled: Cancelled | None = None,
-        progress: Progress | None = None,
+        self, prior: Prior, out: Path, *, cancelled: Cancelled = None, progress: Progress = None
     ) -> Path:
         """See `VideoGenerator`."""
         write_bundles(prior.folder, ["wan-fun"], cancelled=cancelled)
@@ -81,9 +76,7 @@ class ComfyUI:
             partial.write_bytes(data)
         return out
 
-    def _awaited(
-        self, key: str, cancelled: Cancelled | None, progress: Progress | None
-    ) -> dict[str, str]:
+    def _awaited(self, key: str, cancelled: Cancelled, progress: Progress) -> dict[str, str]:
         """Where the video is once the server has made it."""
         ends = time.monotonic() + self.patience
         while time.monotonic() < ends:

@@ -44,12 +44,7 @@ class Diffusers:
     name: str = "diffusers"
 
     def generate(
-        self,
-        prior: Prior,
-        out: Path,
-        *,
-        cancelled: Cancelled | None = None,
-        progress: Progress | None = None,
+        self, prior: Prior, out: Path, *, cancelled: Cancelled = None, progress: Progress = None
     ) -> Path:
         """See `VideoGenerator`."""
         if self.steps < 1:

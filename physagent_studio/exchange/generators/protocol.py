@@ -16,8 +16,8 @@ from physagent_studio.exchange.prior.framing import Framing
 from physagent_studio.exchange.video import write_video
 from physagent_studio.records.clip_look import Way
 
-Cancelled = Callable[[], bool]
-Progress = Callable[[str, float], None]
+Cancelled = Callable[[], bool] | None
+Progress = Callable[[str, float], None] | None
 
 
 class VideoGenerator(Protocol):
@@ -29,12 +29,7 @@ class VideoGenerator(Protocol):
         ...
 
     def generate(
-        self,
-        prior: Prior,
-        out: Path,
-        *,
-        cancelled: Cancelled | None = None,
-        progress: Progress | None = None,
+        self, prior: Prior, out: Path, *, cancelled: Cancelled = None, progress: Progress = None
     ) -> Path:
         """Writes the video to `out` and returns where it is.
 
@@ -58,12 +53,7 @@ class Composite:
     name: str = "composite"
 
     def generate(
-        self,
-        prior: Prior,
-        out: Path,
-        *,
-        cancelled: Cancelled | None = None,
-        progress: Progress | None = None,
+        self, prior: Prior, out: Path, *, cancelled: Cancelled = None, progress: Progress = None
     ) -> Path:
         """See `VideoGenerator`."""
         framing = Framing.of(prior.size, self.size or _even(prior.size), self.way)

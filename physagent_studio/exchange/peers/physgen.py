@@ -33,11 +33,6 @@ MOST_THINGS = 60
 """Things of one picture that are read."""
 
 
-def is_physgen(path: Path) -> bool:
-    """Whether a file is a `sim.yaml` of theirs with its mask beside it."""
-    return path.name == "sim.yaml" and (path.parent / "mask.png").is_file()
-
-
 def load_physgen(path: Path, names: Sequence[str] = (), prompt: str = "") -> PeerSetup:
     """The case of a `sim.yaml`; without a prompt the sentence is made of its labels.
 

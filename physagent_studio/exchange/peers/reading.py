@@ -8,7 +8,7 @@ from pathlib import Path
 
 from physagent_studio.exchange.peer_config import PeerSetup, is_peer_config, load_peer_config
 from physagent_studio.exchange.peers.forces import is_force_file, load_forces
-from physagent_studio.exchange.peers.physgen import is_physgen, load_physgen
+from physagent_studio.exchange.peers.physgen import load_physgen
 
 
 def load_peer(
@@ -22,7 +22,7 @@ def load_peer(
         InputError: in one sentence: what is wrong and what is allowed.
     """
     path, prompt = Path(path), " ".join(prompt.split())
-    if is_physgen(path):
+    if path.name == "sim.yaml" and (path.parent / "mask.png").is_file():
         return load_physgen(path, names, prompt)
     if is_force_file(path):
         setup = load_forces(path, names, event)

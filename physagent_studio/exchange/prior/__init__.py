@@ -9,5 +9,3 @@ Go-with-the-Flow.
 from physagent_studio.exchange.prior.bundles import BUNDLES, write_bundles
 from physagent_studio.exchange.prior.export import export_motion_prior
 from physagent_studio.exchange.prior.folder import Prior
-
-__all__ = ["BUNDLES", "Prior", "export_motion_prior", "write_bundles"]

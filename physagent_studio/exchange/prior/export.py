@@ -150,7 +150,8 @@ class _Writer:
             backward=back.vectors,
             backward_visible=back.visible,
         )
-        moving = moving_pixels(ahead.vectors)
+        # Both numbers of a vector are looked at as one.
+        moving = np.flatnonzero(np.ascontiguousarray(ahead.vectors).view(np.int64))
         x, y = ahead.vectors.reshape(-1, 2).take(moving, 0).T
         self.fastest = max(self.fastest, float(np.sqrt((x * x + y * y).max(initial=0))))
         full = FULL_COLOUR * frame.ids.shape[1]
@@ -312,7 +313,8 @@ def flow_picture(
 ) -> NDArray[np.uint8]:
     """(H, W, 3) uint8 RGB of vectors (H, W, 2), pixels; white stands still.
 
-    fastest: length in pixels that is shown in full colour. moving: see `moving_pixels`.
+    fastest: length in pixels that is shown in full colour. moving: (K,) rows of vectors that are
+    not zero.
     """
     height, width = vectors.shape[:2]
     picture = np.full((height * width, 3), 255, np.uint8)
@@ -325,8 +327,3 @@ def flow_picture(
         hsv = np.column_stack([hue, 255 * share, 255 - np.floor(55 * share)]).astype(np.uint8)
         picture[moving] = cv2.cvtColor(hsv[None], cv2.COLOR_HSV2RGB)[0]
     return picture.reshape(height, width, 3)
-
-
-def moving_pixels(vectors: NDArray[np.float32]) -> NDArray[np.int64]:
-    """(K,) rows of vectors (H, W, 2) that are not zero; both numbers are looked at as one."""
-    return np.flatnonzero(np.ascontiguousarray(vectors).view(np.int64))

@@ -28,12 +28,9 @@ def mass_of(item: SceneObject) -> float | None:
         return density * volume_of(item.shape)
     long, wide, _ = sorted((float(side) for side in outline_of(item.shape).size), reverse=True)
     thick = item.body.thickness
-    return density * (long * wide * thick if isinstance(item.body, Cloth) else _rod(long, thick))
-
-
-def _rod(length: float, thickness: float) -> float:
-    """Volume of a round rope, m³."""
-    return math.pi / 4 * thickness**2 * length
+    if isinstance(item.body, Cloth):
+        return density * (long * wide * thick)
+    return density * (math.pi / 4 * thick**2 * long)
 
 
 def friction_between(first: SceneObject | Support, second: SceneObject | Support) -> float:

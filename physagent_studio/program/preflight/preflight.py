@@ -26,7 +26,6 @@ from physagent_studio.program.preflight.placement import scene_findings
 from physagent_studio.program.preflight.scaling import scaled
 from physagent_studio.program.program import PhysicalProgram
 from physagent_studio.program.scene.aloft import AIR
-from physagent_studio.program.scene.bodies import is_loose
 from physagent_studio.program.scene.shapes import gap, outline_of
 from physagent_studio.program.scene.state import SceneObject
 
@@ -138,9 +137,8 @@ def _material(program: PhysicalProgram, action: actions.Action) -> Iterator[Pref
     if item is None or item.body.kind == "rigid":
         return
     kind, reason = item.body.kind, ""
-    if isinstance(action, actions.SetOrientation | actions.SetAngularVelocity) and is_loose(
-        item.body
-    ):
+    turned = isinstance(action, actions.SetOrientation | actions.SetAngularVelocity)
+    if turned and kind in ("granular", "liquid"):
         reason = f"{item.name} is {kind}: many grains that have no common orientation"
     elif kind in ("cloth", "rope") and isinstance(action, actions.SetAngularVelocity):
         reason = f"{item.name} is a {kind} and does not turn as one body"

@@ -41,11 +41,6 @@ def hangs(item: SceneObject) -> bool:
     return item.aloft == "hangs" and getattr(item.body, "pinned", "none") == "none"
 
 
-def aloft_as(how: Carriage) -> Aloft | None:
-    """The field `aloft` of what is held so."""
-    return how if how == "hangs" or how == "floats" else None
-
-
 def problem_of(item: SceneObject) -> str:
     """What contradicts itself, as "field|message|allowed"; "" where nothing does."""
     if item.aloft is not None and item.support != AIR:

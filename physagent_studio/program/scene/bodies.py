@@ -123,8 +123,3 @@ DEFORMABLE = frozenset({"soft", "plastic", "cloth", "rope", "granular", "liquid"
 FLUTTER = 0.12
 """Share of its broad side with which a cloth catches a wind that blows along it, since it flutters
 (Carruthers and Filippone 2005, J. Aircraft 42, 976: flags about .1 to .2)."""
-
-
-def is_loose(body: Body) -> bool:
-    """Whether it is many bodies and not one, so that forces on a point have no meaning."""
-    return body.kind in ("granular", "liquid")

@@ -8,14 +8,6 @@ from typing import Any
 from physagent_studio.program.edits import AddItem, Edit, Hunk, MoveItem, RemoveItem, SetField
 from physagent_studio.program.program import PhysicalProgram
 
-_LISTS = (
-    "scene.objects",
-    "scene.supports",
-    "scene.landmarks",
-    "event.actions",
-    "contract.clauses",
-    "contract.statements",
-)
 _REST = (
     "clip",
     "scene.camera",
@@ -50,7 +42,7 @@ def diff(before: PhysicalProgram, after: PhysicalProgram) -> tuple[Hunk, ...]:
         edits = tuple(_changes(path, _at(old, path), _at(new, path)))
         if edits:
             hunks.append(Hunk(id=path, summary=_summary(path, edits), edits=edits))
-    for path in _LISTS:
+    for path in _NOUNS:
         hunks += _list_hunks(path, _at(old, path), _at(new, path))
     return tuple(hunks)
 

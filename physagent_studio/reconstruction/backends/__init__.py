@@ -5,5 +5,3 @@ by the user in an environment of their own) writes a result folder, and the impo
 """
 
 from physagent_studio.reconstruction.backends.protocol import BACKENDS, Reconstructor, backend
-
-__all__ = ["BACKENDS", "Reconstructor", "backend"]

@@ -21,7 +21,7 @@ from physagent_studio.reconstruction.backends.mesh_skins import (
     sewn,
     skin_of,
 )
-from physagent_studio.reconstruction.shapes.meshes import volume_and_centre
+from physagent_studio.reconstruction.shapes.meshes import one_surface, volume_and_centre
 from physagent_studio.records.scene import Mesh
 
 KINDS = (".glb", ".obj", ".ply", ".stl")
@@ -109,11 +109,9 @@ def parsed(data: bytes, name: str, beside: dict[str, bytes] | None = None) -> Me
         raise InputError(f"{name} has no faces")
     if any(p.vertices.shape[1:] != (3,) or p.faces.shape[1:] != (3,) for p in parts):
         raise InputError(f"{name} is not made of triangles in space")
-    first = np.cumsum([0, *(len(part.vertices) for part in parts)])
-    vertices = np.concatenate([np.asarray(part.vertices, float) for part in parts])
-    faces = np.concatenate(
-        [np.asarray(part.faces) + start for part, start in zip(parts, first, strict=False)]
-    ).astype(np.int32)
+    vertices, faces = one_surface(
+        [(np.asarray(part.vertices, float), np.asarray(part.faces)) for part in parts]
+    )
     if not np.isfinite(vertices).all():
         raise InputError(f"{name} has a vertex that is not finite")
     if np.abs(vertices).max() > MESH.max_coordinate:

@@ -45,8 +45,7 @@ class Meshes:
             for path in [_file_of(self.folder, item.name)]
             if path is not None and item.name in first.meshes
         }
-        known = first.state.model_copy(update={"objects": state.objects})
-        return finish(case, known, bodies, None, first, cancelled, progress)
+        return finish(case, state, bodies, first, cancelled, progress)
 
 
 def _file_of(folder: Path, name: str) -> Path | None:

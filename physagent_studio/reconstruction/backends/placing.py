@@ -11,7 +11,6 @@ import numpy as np
 from physagent_studio.arrays import FloatArray
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import Meshed, SceneObject, SceneState
-from physagent_studio.reconstruction.masks.segmenter import Segmenter
 from physagent_studio.reconstruction.pipeline import reconstruct
 from physagent_studio.records.case import Case
 from physagent_studio.records.scene import Mesh, Scene
@@ -64,18 +63,20 @@ def finish(
     case: Case,
     state: SceneState,
     bodies: Mapping[str, Brought],
-    segmenter: Segmenter | None,
-    previous: Scene | None,
+    first: Scene,
     cancelled: Callable[[], bool] | None,
     progress: Callable[[str, float], None] | None,
 ) -> Scene:
-    """The scene of a state whose objects are these bodies: checks, textures and plate as ever."""
+    """The scene of a state whose objects are these bodies: checks, textures and plate as ever.
+
+    first: without them; its supports and camera stay.
+    """
+    known = first.state.model_copy(update={"objects": state.objects})
     return reconstruct(
         case,
-        with_bodies(state, bodies),
-        previous=previous,
+        with_bodies(known, bodies),
+        previous=first,
         cancelled=cancelled,
         progress=progress,
-        segmenter=segmenter,
         bodies={name: body.mesh for name, body in bodies.items()},
     )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,6 +12,7 @@ import numpy as np
 from physagent_studio.errors import InputError
 from physagent_studio.program.scene.state import Grounding
 from physagent_studio.reconstruction.backends.jobs import inside, numbers, read_result, write_job
+from physagent_studio.reconstruction.masks.segmenter import Cancelled
 from physagent_studio.reconstruction.photo.reading import read_photo
 from physagent_studio.records.case import Image
 from physagent_studio.records.scene import Candidate
@@ -24,10 +25,7 @@ class Sam2Segmenter:
     folder: Path
 
     def segment(
-        self,
-        image: Image,
-        groundings: Sequence[tuple[str, Grounding]],
-        cancelled: Callable[[], bool] | None = None,
+        self, image: Image, groundings: Sequence[tuple[str, Grounding]], cancelled: Cancelled = None
     ) -> dict[str, tuple[Candidate, ...]]:
         """Candidate masks (H, W) with the model's scores, best first."""
         if not (self.folder / "result").is_dir():

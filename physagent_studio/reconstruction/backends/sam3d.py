@@ -47,9 +47,7 @@ class Sam3d:
         unknown = set(bodies) - {name for name, _ in groundings}
         if unknown:
             raise InputError(f"the result has objects that the case has not: {sorted(unknown)}")
-        # Supports and camera are those of the first pass; only the bodies are new.
-        known = first.state.model_copy(update={"objects": state.objects})
-        return finish(case, known, bodies, None, first, cancelled, progress)
+        return finish(case, state, bodies, first, cancelled, progress)
 
 
 def import_bodies(folder: Path, camera: Camera) -> Mapping[str, Brought]:

@@ -9,13 +9,12 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from physagent_studio.arrays import FloatImage
 from physagent_studio.reconstruction.background.ground_tones import Tones
 from physagent_studio.reconstruction.background.surfaces import under
 from physagent_studio.reconstruction.photo.regions import BoolArray, bounds, grow
 from physagent_studio.reconstruction.switches import at_work
 from physagent_studio.records.case import Image
-
-FloatImage = NDArray[np.float32]
 
 
 @dataclass(frozen=True, slots=True)

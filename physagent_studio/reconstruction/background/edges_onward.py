@@ -13,10 +13,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from physagent_studio.reconstruction.photo.regions import BoolArray
+from physagent_studio.arrays import BoolArray, FloatArray
 from physagent_studio.records.case import Image
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,12 +14,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from physagent_studio.arrays import FloatArray, FloatImage
 from physagent_studio.reconstruction.photo.line_segments import Segments
 from physagent_studio.reconstruction.photo.regions import BoolArray, grow
 from physagent_studio.records.case import Image
-
-FloatArray = NDArray[np.float64]
-FloatImage = NDArray[np.float32]
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,13 +7,10 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
+from physagent_studio.arrays import FloatImage
 from physagent_studio.reconstruction.photo.regions import BoolArray, bounds, grow
 from physagent_studio.records.case import Image
-
-FloatImage = NDArray[np.float32]
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)

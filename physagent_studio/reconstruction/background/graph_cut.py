@@ -14,10 +14,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.csgraph import breadth_first_order, maximum_flow
 
-from physagent_studio.reconstruction.photo.regions import BoolArray
-
-FloatImage = NDArray[np.float32]
-FloatArray = NDArray[np.float64]
+from physagent_studio.arrays import BoolArray, FloatArray, FloatImage
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,10 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from physagent_studio.reconstruction.photo.regions import BoolArray
-
-FloatImage = NDArray[np.float32]
-FloatArray = NDArray[np.float64]
+from physagent_studio.arrays import BoolArray, FloatArray, FloatImage
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,10 +8,8 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
+from physagent_studio.arrays import BoolArray, FloatImage
 from physagent_studio.reconstruction.background.structure import Structure
-from physagent_studio.reconstruction.photo.regions import BoolArray
-
-FloatImage = NDArray[np.float32]
 
 
 def reduced(

@@ -12,10 +12,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from physagent_studio.arrays import FloatImage
 from physagent_studio.reconstruction.photo.regions import BoolArray, bounds, grow, shrink
 from physagent_studio.records.case import Image
-
-FloatImage = NDArray[np.float32]
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,6 +10,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from physagent_studio.arrays import FloatArray
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import Ramp, Slab, Support
 from physagent_studio.reconstruction.background.edges_onward import onward
@@ -18,8 +19,6 @@ from physagent_studio.reconstruction.photo.regions import BoolArray, grow
 from physagent_studio.reconstruction.shapes.meshes import ramp_corners
 from physagent_studio.reconstruction.switches import at_work
 from physagent_studio.records.case import Image
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)

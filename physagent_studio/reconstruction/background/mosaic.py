@@ -10,6 +10,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from physagent_studio.arrays import FloatArray, FloatImage
 from physagent_studio.reconstruction.background.graph_cut import CUT, Grid, choose
 from physagent_studio.reconstruction.background.harmonic_fill import nearest_along
 from physagent_studio.reconstruction.background.poisson_blend import (
@@ -29,9 +30,6 @@ from physagent_studio.reconstruction.background.smooth_fill import smooth_fill
 from physagent_studio.reconstruction.background.structure import Structure
 from physagent_studio.reconstruction.photo.regions import BoolArray, bounds, grow
 from physagent_studio.reconstruction.switches import at_work
-
-FloatImage = NDArray[np.float32]
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)

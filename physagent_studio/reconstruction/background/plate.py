@@ -13,6 +13,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from physagent_studio.arrays import FloatArray
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import Support
 from physagent_studio.reconstruction.background.cast_shadows import shaded
@@ -39,8 +40,6 @@ from physagent_studio.reconstruction.photo.regions import BoolArray, bounds, gro
 from physagent_studio.reconstruction.switches import at_work
 from physagent_studio.records.case import Image
 
-FloatArray = NDArray[np.float64]
-FloatImage = NDArray[np.float32]
 NO_LINES: FloatArray = np.zeros((0, 2, 2))
 Inpaint = Callable[[Image, BoolArray], Image]
 """Fills a hole (H, W) of a picture (H, W, 3) from what is around it."""
@@ -49,7 +48,6 @@ Inpaint = Callable[[Image, BoolArray], Image]
 def background(
     photo: Image,
     masks: Sequence[BoolArray],
-    lines: FloatArray = NO_LINES,
     camera: Camera | None = None,
     found: Segments | None = None,
     solid: Sequence[Support] = (),
@@ -58,13 +56,12 @@ def background(
 ) -> Image:
     """The photo (H, W, 3) without the masked things and the shade close around their feet.
 
-    lines: (N, 2, 2) pixels, edges that go on behind them beside those that are seen to. camera:
-    with it, what lies on the floor or a table is filled in as seen from above. found: the photo's
-    edges, to continue them. solid: supports whose edges go on, with a camera. rooted: those of the
-    masks whose things stay where they are, with their shade and what is at their foot. inpaint:
-    fills what lies on no known plane; without a camera none is known.
+    camera: with it, what lies on the floor or a table is filled in as seen from above. found: the
+    photo's edges, to continue them. solid: supports whose edges go on, with a camera. rooted: those
+    of the masks whose things stay where they are, with their shade and what is at their foot.
+    inpaint: fills what lies on no known plane; without a camera none is known.
     """
-    faces = None
+    faces, lines = None, NO_LINES
     if camera is not None and at_work("faces"):
         faces = surfaces(photo, hole_of(masks, photo.shape[:2]), camera, solid)
     found = None if found is None else with_hues(photo, found)
@@ -86,13 +83,9 @@ def background(
         lines = each_once(np.concatenate([lines, running_in(hole, found)]))
         plate = drawn(photo, plate, hole, lines)
     if inpaint is not None:
-        plate = inpaint(plate, _beyond(hole, faces))
+        # Where no known plane is behind the hole.
+        plate = inpaint(plate, hole if faces is None else hole & (faces == SURFACE.beyond_number))
     return plate
-
-
-def _beyond(hole: BoolArray, faces: NDArray[np.int64] | None) -> BoolArray:
-    """(H, W) the hole where no known plane is behind it."""
-    return hole if faces is None else hole & (faces == SURFACE.beyond_number)
 
 
 def taken_out(

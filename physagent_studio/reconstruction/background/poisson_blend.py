@@ -10,12 +10,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from physagent_studio.arrays import FloatArray, FloatImage
 from physagent_studio.reconstruction.background.harmonic_fill import from_steps, reduced
 from physagent_studio.reconstruction.background.shift_map import rescaled
 from physagent_studio.reconstruction.photo.regions import BoolArray, bounds
-
-FloatImage = NDArray[np.float32]
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -8,13 +8,10 @@ from __future__ import annotations
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
+from physagent_studio.arrays import FloatArray, FloatImage
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.reconstruction.photo.regions import BoolArray, bounds
-
-FloatImage = NDArray[np.float32]
-FloatArray = NDArray[np.float64]
 
 
 class _Searched:

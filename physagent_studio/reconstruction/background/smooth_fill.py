@@ -9,15 +9,11 @@ from __future__ import annotations
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
+from physagent_studio.arrays import BoolArray, FloatArray, FloatImage
 from physagent_studio.reconstruction.background.harmonic_fill import from_steps, nearest_along
 from physagent_studio.reconstruction.background.poisson_blend import View
 from physagent_studio.reconstruction.background.structure import Structure
-from physagent_studio.reconstruction.photo.regions import BoolArray
-
-FloatImage = NDArray[np.float32]
-FloatArray = NDArray[np.float64]
 
 
 def smooth_fill(

@@ -9,9 +9,8 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
+from physagent_studio.arrays import FloatArray
 from physagent_studio.reconstruction.photo.regions import BoolArray, bounds
-
-FloatArray = NDArray[np.float64]
 
 NO_LINES: FloatArray = np.zeros((0, 2, 2))
 
@@ -39,8 +38,9 @@ class Structure:
         min_length_share = 0.2  # 0.05..0.5: of the hole's extent, for a line to be kept sharp
         least = min_length_share * max(x1 - x0, y1 - y0)
         max_lines = 8  # count, 1..20: that are kept, the longest
-        kept = [one for one in self.chains() if _length(one) > least][:max_lines]
-        return type(self)(np.concatenate([NO_LINES, *kept]))
+        chains = self.chains()
+        kept = [c for c in chains if np.linalg.norm(c[:, 1] - c[:, 0], axis=1).sum() > least]
+        return type(self)(np.concatenate([NO_LINES, *kept[:max_lines]]))
 
     def chains(self) -> list[FloatArray]:
         """The lines (n, 2, 2) apart, but for those that begin where the one before ends."""
@@ -72,7 +72,8 @@ class Structure:
         out = np.zeros(shape, np.int64)
         chains = self.chains()
         for k, chain in enumerate(chains):
-            sign = _bend(chain)
+            # On which side of its lines lies what is within their bend.
+            sign = 1.0 if _turns(chain).sum() <= 0 else -1.0
             within = np.ones(shape, bool)
             for one, other in chain:
                 way = other - one
@@ -97,10 +98,6 @@ class Structure:
         return right, below
 
 
-def _length(chain: FloatArray) -> float:
-    return float(np.linalg.norm(chain[:, 1] - chain[:, 0], axis=1).sum())
-
-
 def _bulges(chain: Sequence[FloatArray], line: FloatArray) -> bool:
     """Whether lines that lead on from one another still bend one way with this one."""
     turns = _turns(np.array([*chain, line]))
@@ -110,8 +107,3 @@ def _bulges(chain: Sequence[FloatArray], line: FloatArray) -> bool:
 def _turns(chain: FloatArray) -> FloatArray:
     ways = chain[:, 1] - chain[:, 0]
     return ways[:-1, 0] * ways[1:, 1] - ways[:-1, 1] * ways[1:, 0]
-
-
-def _bend(chain: FloatArray) -> float:
-    """-1 or 1: on which side of the lines (n, 2, 2) lies what is within their bend; 1 for one."""
-    return 1.0 if _turns(chain).sum() <= 0 else -1.0

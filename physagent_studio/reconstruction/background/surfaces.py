@@ -7,16 +7,14 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
+from physagent_studio.arrays import IntArray
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import Support
 from physagent_studio.reconstruction.background.lines_behind import along_edge, faces_of
 from physagent_studio.reconstruction.background.shift_map import to_level
 from physagent_studio.reconstruction.photo.regions import BoolArray, bounds, grow
 from physagent_studio.records.case import Image
-
-IntArray = NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True)

@@ -18,9 +18,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from physagent_studio.arrays import FloatArray
+from physagent_studio.arrays import BoolArray, FloatArray
 from physagent_studio.reconstruction.photo.line_segments import Segments
-from physagent_studio.reconstruction.photo.regions import BoolArray
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from physagent_studio.arrays import FloatArray
 from physagent_studio.reconstruction.photo.regions import (
     BoolArray,
     Pixel,
@@ -17,7 +18,6 @@ from physagent_studio.reconstruction.photo.regions import (
 )
 from physagent_studio.reconstruction.photo.statistics import lengths, median, percentile
 
-FloatArray = NDArray[np.float64]
 _SQUARE = np.ones((3, 3), np.uint8)
 
 

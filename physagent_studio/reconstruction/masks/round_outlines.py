@@ -12,12 +12,10 @@ from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
+from physagent_studio.arrays import FloatArray
 from physagent_studio.reconstruction.photo.regions import BoolArray, iou
 from physagent_studio.records.scene import Candidate
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)

@@ -58,6 +58,7 @@ class SegmenterSettings:
 SEGMENTER = SegmenterSettings()
 
 Offers = tuple[Candidate, ...]
+Cancelled = Callable[[], bool] | None
 Meanwhile = Callable[[str, Callable[[], Offers]], None]
 """Told of which thing there are candidates to look at while better ones are sought; they are only
 brought to size, with their outlines as they are, when they are called for. Called from the threads
@@ -68,10 +69,7 @@ class Segmenter(Protocol):
     """Turns clicks and boxes into candidate masks, best first, for each named thing."""
 
     def segment(
-        self,
-        image: Image,
-        groundings: Sequence[tuple[str, Grounding]],
-        cancelled: Callable[[], bool] | None = None,
+        self, image: Image, groundings: Sequence[tuple[str, Grounding]], cancelled: Cancelled = None
     ) -> dict[str, Offers]: ...
 
 
@@ -87,10 +85,7 @@ class EmbeddedSegmenter:
     learned: Learned = NOTHING
 
     def segment(
-        self,
-        image: Image,
-        groundings: Sequence[tuple[str, Grounding]],
-        cancelled: Callable[[], bool] | None = None,
+        self, image: Image, groundings: Sequence[tuple[str, Grounding]], cancelled: Cancelled = None
     ) -> dict[str, Offers]:
         """Candidates (H, W) at the size of `image`; empty where nothing was clicked."""
         return self.completed(image, groundings, {}, cancelled)
@@ -100,7 +95,7 @@ class EmbeddedSegmenter:
         image: Image,
         groundings: Sequence[tuple[str, Grounding]],
         known: Mapping[str, Offers],
-        cancelled: Callable[[], bool] | None = None,
+        cancelled: Cancelled = None,
         among: Sequence[tuple[str, Grounding]] = (),
         meanwhile: Meanwhile | None = None,
     ) -> dict[str, Offers]:

@@ -13,11 +13,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from physagent_studio.arrays import FloatArray, IntArray
 from physagent_studio.reconstruction.photo.regions import BoolArray, bounds, shrink
 from physagent_studio.reconstruction.switches import at_work
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True)

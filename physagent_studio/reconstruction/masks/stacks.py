@@ -17,9 +17,9 @@ from itertools import combinations, pairwise
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
+from physagent_studio.arrays import FloatArray
 from physagent_studio.program.scene.state import Grounding
 from physagent_studio.reconstruction.grounding.same_kind import kind_name
 from physagent_studio.reconstruction.masks.stack_seams import Seam, seams_of, settled
@@ -29,7 +29,6 @@ from physagent_studio.reconstruction.switches import at_work
 from physagent_studio.records.case import Image
 from physagent_studio.records.scene import Candidate
 
-FloatArray = NDArray[np.float64]
 METHOD = "stack"
 
 

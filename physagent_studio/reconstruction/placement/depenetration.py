@@ -31,7 +31,7 @@ def moved_apart(
         for one, other in combinations(items, 2):
             far, near = (one, other) if _depth(items[one]) > _depth(items[other]) else (other, one)
             mover = far if far in free else near
-            if mover not in free or _on_one_stack(items, one, other):
+            if mover not in free or other in _carried(items, one) or one in _carried(items, other):
                 continue
             if _is_in(items, worlds, one, other) or _is_in(items, worlds, other, one):
                 continue
@@ -73,10 +73,6 @@ def _is_in(
     rim = cv2.convexHull(worlds[vessel][:, :2].astype(np.float32))
     x, y = (float(value) for value in (low[:2] + high[:2]) / 2)
     return cv2.pointPolygonTest(rim, (x, y), False) >= 0
-
-
-def _on_one_stack(items: Mapping[str, SceneObject], one: str, other: str) -> bool:
-    return other in _carried(items, one) or one in _carried(items, other)
 
 
 def _push(mover: FloatArray, fixed: FloatArray) -> FloatArray | None:

@@ -62,26 +62,31 @@ class Placed:
     offers: Mapping[str, tuple[ShapeOffer, ...]] = field(default_factory=dict)
 
 
-def place_all(
-    objects: tuple[SceneObject, ...],
-    supports: tuple[Support, ...],
-    masks: Mapping[str, BoolArray],
-    stances: Mapping[str, Stance],
-    read: Survey,
-    given: Mapping[str, Mesh],
-    fresh: frozenset[str],
-    tick: Callable[[float], None],
-    ranked: frozenset[str] = frozenset(),
-    found: Segments | None = None,
-) -> Placed:
-    """Every object with its open fields filled.
+@dataclass(frozen=True, eq=False, slots=True)
+class Ground:
+    """What is known before objects are placed.
 
     given: meshes of `Meshed` shapes by name. fresh: those that just came from elsewhere; their
     places are kept but for their height over what they stand on. ranked: objects whose other
     shapes are known: where one is asked for, no more are fitted. found: edges of the picture.
     """
-    ground = _Ground(supports, masks, stances, read, given, fresh, ranked, found=found)
-    order = [item for item in _from_the_ground(objects, read) if item.name in stances]
+
+    supports: tuple[Support, ...]
+    masks: Mapping[str, BoolArray]
+    stances: Mapping[str, Stance]
+    read: Survey
+    given: Mapping[str, Mesh]
+    fresh: frozenset[str]
+    ranked: set[str]
+    found: Segments
+
+
+def place_all(
+    objects: tuple[SceneObject, ...], ground: Ground, tick: Callable[[float], None]
+) -> Placed:
+    """Every object with its open fields filled."""
+    read = ground.read
+    order = [item for item in _from_the_ground(objects, read) if item.name in ground.stances]
     done = _placed(order, ground, {}, tick)
     offers = {name: one.offers for name, one in done.items()}
     # A name that says nothing ("object 1", "object 2") does not say that things are alike.
@@ -92,7 +97,7 @@ def place_all(
     meshes = {name: one.form.mesh for name, one in done.items()}
     free = frozenset(item.name for item in order if item.position is None)
     bodies = {name: one.item for name, one in done.items()}
-    pools = standing_for(supports)
+    pools = standing_for(ground.supports)
     bodies |= {name: item for name, (item, _) in pools.items()}
     put = _apart(bodies, {**meshes, **{name: mesh for name, (_, mesh) in pools.items()}}, free)
     placed = tuple(put.get(item.name, item) for item in objects)
@@ -122,20 +127,6 @@ def _is_level(item: SceneObject) -> bool:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class _Ground:
-    """What is known before objects are placed; see `place_all`."""
-
-    supports: tuple[Support, ...]
-    masks: Mapping[str, BoolArray]
-    stances: Mapping[str, Stance]
-    read: Survey
-    given: Mapping[str, Mesh]
-    fresh: frozenset[str]
-    ranked: frozenset[str]
-    found: Segments | None = None
-
-
-@dataclass(frozen=True, eq=False, slots=True)
 class _One:
     """An object in place; its form, the kind chosen and the kinds that were tried, best first."""
 
@@ -147,7 +138,7 @@ class _One:
 
 def _placed(
     order: Sequence[SceneObject],
-    ground: _Ground,
+    ground: Ground,
     kinds: Mapping[str, str],
     tick: Callable[[float], None],
 ) -> dict[str, _One]:
@@ -195,7 +186,7 @@ def _from_the_ground(objects: tuple[SceneObject, ...], read: Survey) -> list[Sce
 
 def _offers(
     item: SceneObject,
-    ground: _Ground,
+    ground: Ground,
     done: Mapping[str, tuple[SceneObject, Mesh]],
     kind: str | None,
 ) -> list[Form]:

@@ -13,10 +13,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from physagent_studio.arrays import FloatArray
+from physagent_studio.arrays import BoolArray, FloatArray
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.reconstruction.photo.line_segments import Segments
-from physagent_studio.reconstruction.photo.regions import BoolArray
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,10 +8,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from physagent_studio.arrays import FloatArray
+from physagent_studio.arrays import BoolArray, FloatArray
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.reconstruction.camera.rays import on_plane
-from physagent_studio.reconstruction.photo.regions import BoolArray
 from physagent_studio.reconstruction.shapes.meshes import volume_and_centre
 from physagent_studio.reconstruction.switches import at_work
 

@@ -20,7 +20,7 @@ from physagent_studio.reconstruction.camera.rays import depth_of, on_plane, on_u
 from physagent_studio.reconstruction.photo.regions import BoolArray, bounds
 from physagent_studio.reconstruction.shapes.footing import across_the_feet, levelled
 from physagent_studio.reconstruction.shapes.legs import split_legs
-from physagent_studio.reconstruction.shapes.meshes import volume_and_centre
+from physagent_studio.reconstruction.shapes.meshes import one_surface, volume_and_centre
 from physagent_studio.reconstruction.shapes.prisms import plan_of, prism_mesh
 from physagent_studio.reconstruction.shapes.sheets import Sheet, closed, sheet_of, thickness
 from physagent_studio.reconstruction.switches import at_work
@@ -144,9 +144,8 @@ def _on_legs(
         own = min(0.5 * (x1 - x0), max_post_share * half)
         for side in (-1.0, 1.0):
             parts.append(plane.standing(leg, own, side * (half - own)))
-    counts = np.cumsum([0, *(len(vertices) for vertices, _ in parts)])
-    faces = [own + start for (_, own), start in zip(parts, counts, strict=False)]
-    return np.vstack([vertices for vertices, _ in parts]), np.vstack(faces)
+    vertices, faces = one_surface(parts)
+    return vertices, faces.astype(np.int64)
 
 
 def _down_to(leg: BoolArray, row: int) -> BoolArray:

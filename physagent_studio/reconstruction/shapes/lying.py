@@ -11,15 +11,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import minimize
 
-from physagent_studio.arrays import FloatArray
+from physagent_studio.arrays import BoolArray, FloatArray
 from physagent_studio.knowledge import Usual
 from physagent_studio.program.rotations import about_axis, about_up, matrix_of, multiply
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import Capsule, Cylinder, Shape
 from physagent_studio.reconstruction.camera.rays import metres_per_pixel, on_plane, on_upright
-from physagent_studio.reconstruction.photo.regions import BoolArray
+from physagent_studio.reconstruction.shapes.contour_fitting import least_near
 from physagent_studio.reconstruction.shapes.fit_target import Target
 from physagent_studio.reconstruction.shapes.outlines import sphere_rim
 from physagent_studio.reconstruction.shapes.primitives import COST, PRIMITIVE, Base, Fit
@@ -165,15 +164,8 @@ def _fit(camera: Camera, target: Target, base: Base, kind: str, first: FloatArra
             unusual = 0.02 * max(off - 2.0, 0.0) ** 2
         return 1 - target.iou(pixels) + 0.004 * float(p[0] ** 2 + p[1] ** 2) + unusual
 
-    steps = np.diag([0.1, 0.1, 0.2, 0.2, 0.2, 0.1])
-    options = {
-        "initial_simplex": np.vstack([np.zeros(6), steps]),
-        "maxfev": 260,
-        "xatol": 2e-3,
-        "fatol": 2e-4,
-    }
-    result = minimize(loss, np.zeros(6), method="Nelder-Mead", options=options)
-    q = placed(result.x)
+    steps = np.array([0.1, 0.1, 0.2, 0.2, 0.2, 0.1])
+    q = placed(least_near(loss, np.zeros(6), steps, 260)[1])
     return _named(kind, q, target.iou(camera.project(_outline(kind, q, eye))[0]))
 
 

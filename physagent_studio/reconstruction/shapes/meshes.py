@@ -6,7 +6,7 @@ Faces are counter-clockwise seen from outside and fine enough to carry a project
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -17,6 +17,7 @@ from physagent_studio.arrays import FloatArray
 from physagent_studio.errors import InputError
 from physagent_studio.program.rotations import about_up, matrix_of
 from physagent_studio.program.scene.boards import Size3, open_box, rails_of
+from physagent_studio.program.scene.shapes import frustum_centre
 from physagent_studio.program.scene.stairs import treads_of
 from physagent_studio.program.scene.state import (
     Box,
@@ -101,16 +102,16 @@ def _hollow(outline: list[tuple[float, float]], wall: float | None) -> list[tupl
 def _joined(boxes: Iterable[tuple[Size3, Size3]], pieces: int = 10) -> Mesh:
     """Boxes (centre, edge lengths) as one mesh."""
     boards = [(box_mesh(edges, pieces), np.array(place)) for place, edges in boxes]
-    counts = np.cumsum([0, *(len(board.vertices) for board, _ in boards)])
-    faces = [board.faces + start for (board, _), start in zip(boards, counts, strict=False)]
-    vertices = [board.vertices + place for board, place in boards]
-    return Mesh(np.vstack(vertices), np.vstack(faces).astype(np.int32))
+    return Mesh(*one_surface([(board.vertices + place, board.faces) for board, place in boards]))
 
 
-def frustum_centre(shape: Frustum) -> float:
-    """Height of the centre of mass above the bottom, m."""
-    a, b = shape.bottom_radius, shape.top_radius
-    return shape.height / 4 * (a * a + 2 * a * b + 3 * b * b) / max(a * a + a * b + b * b, 1e-18)
+def one_surface(
+    parts: Sequence[tuple[FloatArray, NDArray[np.integer]]],
+) -> tuple[FloatArray, IntArray]:
+    """Vertices and faces of parts as those of one."""
+    starts = np.cumsum([0, *(len(vertices) for vertices, _ in parts)])
+    faces = [own + start for (_, own), start in zip(parts, starts, strict=False)]
+    return np.vstack([own for own, _ in parts]), np.vstack(faces).astype(np.int32)
 
 
 def capsule_profile(shape: Capsule) -> list[tuple[float, float]]:
@@ -234,15 +235,17 @@ def support_mesh(shape: SupportShape, reach: float) -> Mesh:
     """A mesh to look at, world frame; half-spaces are drawn as squares of half-width `reach`."""
     makers: dict[type, Callable[..., Mesh]] = {Floor: _floor, Wall: _wall}
     if isinstance(shape, Slab):
-        mesh = _joined(rails_of(shape), pieces=1)
-        turn = matrix_of(about_up(shape.yaw))
-        return Mesh(mesh.vertices @ turn.T + np.array(shape.position), mesh.faces)
+        return _set_down(_joined(rails_of(shape), pieces=1), shape.yaw, shape.position)
     if isinstance(shape, Ramp):
         return _stairs(shape) if shape.steps else _wedge(shape)
     if isinstance(shape, Vessel):
-        mesh, turn = mesh_of(shape.body), matrix_of(about_up(shape.yaw))
-        return Mesh(mesh.vertices @ turn.T + np.array(shape.position), mesh.faces)
+        return _set_down(mesh_of(shape.body), shape.yaw, shape.position)
     return makers[type(shape)](shape, reach)
+
+
+def _set_down(mesh: Mesh, yaw: float, place: Size3) -> Mesh:
+    """A mesh at its place in the world, turned about +z."""
+    return Mesh(mesh.vertices @ matrix_of(about_up(yaw)).T + np.array(place), mesh.faces)
 
 
 def _floor(shape: Floor, reach: float) -> Mesh:
@@ -273,16 +276,13 @@ def ramp_corners(shape: Ramp) -> FloatArray:
 
 
 def _stairs(shape: Ramp) -> Mesh:
-    turn, vertices, faces = matrix_of(about_up(shape.yaw)), [], []
-    below = 0.0
-    for number, tread in enumerate(treads := treads_of(shape)):
+    blocks, below, treads = [], 0.0, treads_of(shape)
+    for tread in treads:
         back = treads[-1].end
-        block = box_mesh((back - tread.start, shape.width, tread.top - below), pieces=1)
-        middle = np.array([(back + tread.start) / 2, 0.0, (tread.top + below) / 2])
-        vertices.append((block.vertices + middle) @ turn.T + np.array(shape.toe))
-        faces.append(block.faces + number * len(block.vertices))
+        size = (back - tread.start, shape.width, tread.top - below)
+        blocks.append((((back + tread.start) / 2, 0.0, (tread.top + below) / 2), size))
         below = tread.top
-    return Mesh(np.vstack(vertices), np.vstack(faces).astype(np.int32))
+    return _set_down(_joined(blocks, pieces=1), shape.yaw, shape.toe)
 
 
 def _wedge(shape: Ramp) -> Mesh:

@@ -9,12 +9,12 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import minimize
 
-from physagent_studio.arrays import FloatArray
+from physagent_studio.arrays import BoolArray, FloatArray
 from physagent_studio.program.base import IDENTITY
 from physagent_studio.program.rotations import about_up
 from physagent_studio.program.scene.camera import Camera
+from physagent_studio.program.scene.shapes import frustum_centre
 from physagent_studio.program.scene.state import (
     Box,
     Capsule,
@@ -27,11 +27,10 @@ from physagent_studio.program.scene.state import (
 )
 from physagent_studio.reconstruction.camera.rays import metres_per_pixel
 from physagent_studio.reconstruction.photo.line_segments import Segments
-from physagent_studio.reconstruction.photo.regions import BoolArray
-from physagent_studio.reconstruction.shapes.contour_fitting import drawn_to, rim_of
+from physagent_studio.reconstruction.shapes.contour_fitting import drawn_to, least_near, rim_of
 from physagent_studio.reconstruction.shapes.creases import CREASE, Creases
 from physagent_studio.reconstruction.shapes.fit_target import Target
-from physagent_studio.reconstruction.shapes.meshes import frustum_centre, profile_centre
+from physagent_studio.reconstruction.shapes.meshes import profile_centre
 from physagent_studio.reconstruction.shapes.outlines import bowl_profile, faces_seen, outline
 from physagent_studio.reconstruction.switches import at_work
 
@@ -280,10 +279,8 @@ def _refined(
         out[free] = some
         return out
 
-    simplex = np.vstack([first[free], first[free] + np.diag(steps)])
-    options = {"initial_simplex": simplex, "maxfev": runs, "xatol": 2e-3, "fatol": 2e-4}
-    result = minimize(lambda p: loss(whole(p)), first[free], method="Nelder-Mead", options=options)
-    return float(result.fun), whole(np.asarray(result.x))
+    value, best = least_near(lambda p: loss(whole(p)), first[free], steps, runs)
+    return value, whole(best)
 
 
 def _turned_boxes(width: float, height: float, yaw: float) -> list[list[float]]:

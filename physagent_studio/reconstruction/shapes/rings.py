@@ -9,7 +9,6 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import minimize
 
 from physagent_studio.arrays import FloatArray
 from physagent_studio.program.base import IDENTITY
@@ -18,6 +17,7 @@ from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import Torus
 from physagent_studio.reconstruction.camera.rays import metres_per_pixel
 from physagent_studio.reconstruction.photo.regions import BoolArray, bounds, grow
+from physagent_studio.reconstruction.shapes.contour_fitting import least_near
 from physagent_studio.reconstruction.shapes.fit_target import Target
 from physagent_studio.reconstruction.shapes.primitives import PRIMITIVE, Base, Fit
 
@@ -229,16 +229,6 @@ def _tried(
 
     behind = 0.0 if tilt > 0 else radius * (1 - base.hold) / width
     first = np.array([0.0, behind, 0.0, math.log(radius), math.log(ratio), 0.0, 0.0])
-    steps = np.diag([0.1, 0.1, 0.1, 0.15, 0.2, 0.2, 0.2])
-    result = minimize(
-        loss,
-        first,
-        method="Nelder-Mead",
-        options={
-            "initial_simplex": np.vstack([first, first + steps]),
-            "maxfev": 240,
-            "xatol": 2e-3,
-            "fatol": 2e-4,
-        },
-    )
-    return float(result.fun), made(result.x)
+    steps = np.array([0.1, 0.1, 0.1, 0.15, 0.2, 0.2, 0.2])
+    value, best = least_near(loss, first, steps, 240)
+    return value, made(best)

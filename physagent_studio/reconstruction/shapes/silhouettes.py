@@ -8,11 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from physagent_studio.arrays import FloatArray
+from physagent_studio.arrays import BoolArray, FloatArray
 from physagent_studio.program.rotations import matrix_of
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import SceneObject
-from physagent_studio.reconstruction.photo.regions import BoolArray
 from physagent_studio.records.scene import Mesh
 from physagent_studio.rendering.raster import Lens, rasterise
 

@@ -17,6 +17,7 @@ from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import SceneObject
 from physagent_studio.reconstruction.photo.regions import BoolArray, bounds
 from physagent_studio.reconstruction.shapes.inflation import sheet_on_plane
+from physagent_studio.reconstruction.shapes.meshes import one_surface
 from physagent_studio.reconstruction.shapes.silhouettes import in_world, silhouette
 from physagent_studio.reconstruction.switches import at_work
 from physagent_studio.records.scene import Mesh
@@ -56,18 +57,15 @@ def with_parts(
         return mesh
     body = silhouette(camera, in_world(item, mesh), mesh.faces)
     found = blobs(mask, body)
-    vertices, faces = [mesh.vertices], [mesh.faces]
+    parts = [(mesh.vertices, mesh.faces)]
     low = float(in_world(item, mesh)[:, 2].min())
     turn, place = matrix_of(item.rotation), np.asarray(item.position)
     for blob in found:
         world, triangles = sheet_on_plane(blob, camera, place)
         # What stands on the ground does not reach into it with its parts.
         world[:, 2] = np.maximum(world[:, 2], low)
-        faces.append((triangles + sum(len(own) for own in vertices)).astype(np.int32))
-        vertices.append((world - place) @ turn)
-    if not found:
-        return mesh
-    return Mesh(np.vstack(vertices), np.vstack(faces).astype(np.int32), color=mesh.color)
+        parts.append(((world - place) @ turn, triangles.astype(np.int32)))
+    return Mesh(*one_surface(parts), color=mesh.color) if found else mesh
 
 
 def blobs(mask: BoolArray, body: BoolArray) -> list[BoolArray]:

@@ -17,12 +17,11 @@ from functools import cache
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import minimize
 
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.reconstruction.camera.rays import on_plane
 from physagent_studio.reconstruction.photo.regions import BoolArray
-from physagent_studio.reconstruction.shapes.contour_fitting import drawn_to, rim_of
+from physagent_studio.reconstruction.shapes.contour_fitting import drawn_to, least_near, rim_of
 from physagent_studio.reconstruction.supports.block import (
     BOX,
     CORNERS,
@@ -95,9 +94,8 @@ def _snug(fit: Fit, coarse: Fit, starts: Sequence[FloatArray]) -> list[FloatArra
 
 
 def _refined(fit: Fit, start: FloatArray, runs: int) -> FloatArray:
-    simplex = np.vstack([start, start + np.diag([0.1, 0.15, 0.12, 0.25, 0.2, 0.12])])
-    options = {"maxfev": runs, "xatol": 1e-3, "fatol": 1e-4, "initial_simplex": simplex}
-    return np.asarray(minimize(fit.cost, start, method="Nelder-Mead", options=options).x)
+    steps = np.array([0.1, 0.15, 0.12, 0.25, 0.2, 0.12])
+    return least_near(fit.cost, start, steps, runs, fine=1e-3)[1]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -233,7 +231,7 @@ class Fit:
     def _on_edges(self, block: Block, pixels: FloatArray | None) -> float:
         if pixels is None:
             return 0.0
-        ends = pixels[_edges_of(self.kind, self._visible(block))]
+        ends = pixels[edges_of(self.kind, self._visible(block))]
         points = (ends[:, :1] * (1 - _ALONG) + ends[:, 1:] * _ALONG).reshape(-1, 2)
         x, y = np.floor(points).astype(int).T
         height, width = self.region.shape
@@ -280,7 +278,7 @@ def _normal(first: _Vector, second: _Vector, third: _Vector) -> _Vector:
 
 
 @cache
-def _edges_of(kind: Kind, faces: tuple[int, ...]) -> NDArray[np.int64]:
+def edges_of(kind: Kind, faces: tuple[int, ...]) -> NDArray[np.int64]:
     """(N, 2) corners that the edges of some faces join, each edge once."""
     found: dict[tuple[int, int], None] = {}
     for face in faces:

@@ -80,16 +80,12 @@ def blocks_of(
             BLOCK.min_loose_shares if loose else BLOCK.min_strict_shares,
         )
         if best is not None:
-            on_it = standing.get(support.name, ())
-            best = best if all(_carries(best[0], camera, one) for one in on_it) else None
+            # What stands at an edge is seen a little beyond it.
+            feet = [(one.foot, 0.25 * one.width) for one in standing.get(support.name, ())]
+            best = best if all(best[0].carries(camera, *one) for one in feet) else None
         if best is not None and (rival is None or best[1] > rival + BLOCK.min_gain):
             found[support.name] = best[0]
     return found
-
-
-def _carries(block: Block, camera: Camera, stance: Stance) -> bool:
-    """Whether a thing may stand on a block: what stands at an edge is seen a little beyond it."""
-    return block.carries(camera, stance.foot, 0.25 * stance.width)
 
 
 def on_blocks(

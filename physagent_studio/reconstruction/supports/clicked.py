@@ -10,7 +10,7 @@ from types import MappingProxyType
 import cv2
 import numpy as np
 
-from physagent_studio.arrays import FloatArray
+from physagent_studio.arrays import BoolArray, FloatArray
 from physagent_studio.knowledge import (
     RISER,
     Usual,
@@ -23,7 +23,6 @@ from physagent_studio.program.scene.state import Ramp, SceneState, Slab, Support
 from physagent_studio.reconstruction.camera.estimate import usual_focal
 from physagent_studio.reconstruction.camera.rays import on_plane, on_upright_through
 from physagent_studio.reconstruction.camera.scale import FLOOR, Heights, Measured
-from physagent_studio.reconstruction.photo.regions import BoolArray
 from physagent_studio.reconstruction.supports.ramps import Profile
 
 

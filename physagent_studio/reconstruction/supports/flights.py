@@ -14,7 +14,6 @@ from dataclasses import dataclass, replace
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import minimize
 
 from physagent_studio.knowledge import (
     is_stairs,
@@ -25,8 +24,9 @@ from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import Ramp, SceneState
 from physagent_studio.reconstruction.camera.rays import on_plane
 from physagent_studio.reconstruction.photo.regions import BoolArray, border_share
-from physagent_studio.reconstruction.supports.block import BOX, FACES, Block, FloatArray, placed
-from physagent_studio.reconstruction.supports.block_fit import FIT, Fit
+from physagent_studio.reconstruction.shapes.contour_fitting import least_near
+from physagent_studio.reconstruction.supports.block import BOX, Block, FloatArray, placed
+from physagent_studio.reconstruction.supports.block_fit import FIT, Fit, edges_of
 from physagent_studio.records.case import Image
 
 
@@ -171,9 +171,8 @@ def flight_of(
 
 
 def _refined(fit: _FlightFit, start: FloatArray, runs: int) -> FloatArray:
-    simplex = np.vstack([start, start + np.diag([0.1, 0.15, 0.15, 0.15, 0.2, 0.12])])
-    options = {"maxfev": runs, "xatol": 1e-3, "fatol": 1e-4, "initial_simplex": simplex}
-    return np.asarray(minimize(fit.cost, start, method="Nelder-Mead", options=options).x)
+    steps = np.array([0.1, 0.15, 0.15, 0.15, 0.2, 0.12])
+    return least_near(fit.cost, start, steps, runs, fine=1e-3)[1]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -276,7 +275,7 @@ class _FlightFit:
         nearness: list[FloatArray] = []
         height, width = self.labels.shape
         for place, pixels, block in outlines:
-            ends = [(pixels[a], pixels[b]) for a, b in _edges(block)]
+            ends = pixels[_edges(block)]
             points = np.concatenate([a * (1 - share) + b * share for a, b in ends])
             x, y = np.floor(points).astype(int).T
             inside = (x >= 2) & (x < width - 2) & (y >= 2) & (y < height - 2)
@@ -289,17 +288,12 @@ class _FlightFit:
         return float(together.mean()) if len(together) else 0.0
 
 
-def _edges(block: Block) -> list[tuple[int, int]]:
-    """Edges of the faces of a step that look to the camera, as pairs of corners."""
+def _edges(block: Block) -> NDArray[np.int64]:
+    """(N, 2) corners that the edges of the faces of a step join that look to the camera."""
     cos, sin = math.cos(block.yaw), math.sin(block.yaw)
     own = (-block.x * cos - block.y * sin, block.x * sin - block.y * cos)
     half_length, half_width = block.size[0] / 2, block.size[1] / 2
     # Faces of the unit box: top, uphill end, downhill end, left, right of the way uphill.
     looks = (True, own[0] > half_length, own[0] < -half_length, own[1] > half_width)
     looks = (*looks, own[1] < -half_width)
-    found: dict[tuple[int, int], None] = {}
-    for corners, visible in zip(FACES["box"], looks, strict=True):
-        if visible:
-            for a, b in zip(corners, (*corners[1:], corners[0]), strict=True):
-                found[(min(a, b), max(a, b))] = None
-    return list(found)
+    return edges_of("box", tuple(k for k, visible in enumerate(looks) if visible))

@@ -9,7 +9,7 @@ import numpy as np
 from physagent_studio.knowledge import RISER, is_stairs
 from physagent_studio.language.hints import told_steps
 from physagent_studio.program.scene.camera import Camera
-from physagent_studio.program.scene.stairs import Tread, treads_of
+from physagent_studio.program.scene.stairs import treads_of
 from physagent_studio.program.scene.state import Ramp, SceneObject, Support
 from physagent_studio.reconstruction.camera.rays import RAY, on_plane
 from physagent_studio.reconstruction.shapes.primitives import Base
@@ -60,7 +60,8 @@ def standing(item: SceneObject, mesh: Mesh, stairs: Ramp) -> tuple[float, float,
     assert item.position is not None
     x, y, z = item.position
     ahead, _ = _along(stairs, x, y)
-    tread = _tread_at(treads_of(stairs), ahead)
+    treads = treads_of(stairs)
+    tread = next((one for one in reversed(treads) if one.start <= ahead), treads[0])
     world = in_world(item, mesh)
     z += stairs.toe[2] + tread.top - float(world[:, 2].min()) + RAY.clearance_m
     uphill = np.array([math.cos(stairs.yaw), math.sin(stairs.yaw)])
@@ -69,10 +70,6 @@ def standing(item: SceneObject, mesh: Mesh, stairs: Ramp) -> tuple[float, float,
         back = reach - tread.end + RAY.clearance_m
         x, y = x - back * float(uphill[0]), y - back * float(uphill[1])
     return x, y, z
-
-
-def _tread_at(treads: tuple[Tread, ...], ahead: float) -> Tread:
-    return next((tread for tread in reversed(treads) if tread.start <= ahead), treads[0])
 
 
 def _along(stairs: Ramp, x: float, y: float) -> tuple[float, float]:

@@ -106,7 +106,6 @@ def lifted(
     state: SceneState,
     stances: Mapping[str, Stance],
     on: Mapping[str, str],
-    root: Mapping[str, str],
     usual: Mapping[str, Usual],
 ) -> dict[str, str]:
     """Objects that the picture shows in the air: words say so, or the floor is out of reach."""

@@ -7,9 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from physagent_studio.arrays import FloatArray
+from physagent_studio.arrays import BoolArray, FloatArray
 from physagent_studio.reconstruction.photo.line_segments import joined, segments
-from physagent_studio.reconstruction.photo.regions import BoolArray
 from physagent_studio.records.case import Image
 
 

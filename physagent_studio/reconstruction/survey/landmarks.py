@@ -137,7 +137,8 @@ def _on_ground(
     if landmark.kind == "area" or (landmark.kind != "point" and is_lane):
         graded = _lanes(free, camera, height)
         if landmark.kind == "line":
-            graded = [(grade, _midline(corners)) for grade, corners in graded]
+            # The line in the middle of a lane's two sides.
+            graded = [(g, (_mean((c[0], c[3])), _mean((c[1], c[2])))) for g, c in graded]
     graded.sort(key=lambda row: -row[0])
     rivals = [pixels for grade, pixels in graded if grade > LANDMARK.rival_share * graded[0][0]]
     return rivals if landmark.kind != "point" else [(_mean(pixels),) for pixels in rivals]
@@ -155,11 +156,6 @@ def _names_line(landmark: Landmark) -> bool:
 def _mean(pixels: Pixels) -> tuple[float, float]:
     x, y = np.mean(pixels, axis=0)
     return float(x), float(y)
-
-
-def _midline(corners: Pixels) -> Pixels:
-    """The line in the middle of a lane's two sides."""
-    return _mean((corners[0], corners[3])), _mean((corners[1], corners[2]))
 
 
 def _lanes(lines: Sequence[Stripe], camera: Camera, height: float) -> list[tuple[float, Pixels]]:

@@ -53,7 +53,7 @@ def with_tops(case: Case, state: SceneState, look: Look) -> tuple[Look, dict[str
     named, clicked = unclicked(state), _clicked(state, look)
     if not named and not clicked:
         return look, {}
-    first = first_sight(case, state, look)
+    first = first_sight(state, look)
     unit = unit_camera(case, state, look.size, first.horizon(case, state))
     edges = with_hues(look.image, look.found)
     loose = [

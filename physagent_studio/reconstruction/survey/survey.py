@@ -76,9 +76,9 @@ def survey(
     basins: supports that are open vessels, which have stances and masks as objects have.
     """
     state = _without(state, basins)
-    first = first_sight(case, state, look)
+    first = first_sight(state, look)
     unit = unit_camera(case, state, look.size, first.horizon(case, state))
-    seen = _upon(case, state, look, unit, first)
+    seen = _upon(state, look, unit, first)
     heights = _heights(state, look, unit, first, seen)
     camera = state.camera or unit.model_copy(update={"position": (0.0, 0.0, heights.camera)})
     estimate = None
@@ -103,7 +103,7 @@ def survey(
     )
 
 
-def first_sight(case: Case, state: SceneState, look: Look) -> Sighting:
+def first_sight(state: SceneState, look: Look) -> Sighting:
     """What stands on what by the masks alone, sizes, outlines of ramps, painted marks."""
     usual = {name: _usual(name, look.told, state.scale) for name in look.stances}
     usual = as_toys(usual, {name: stance.extent for name, stance in look.stances.items()})
@@ -129,7 +129,7 @@ class _Upon:
     steps: Mapping[str, int]
 
 
-def _upon(case: Case, state: SceneState, look: Look, unit: Camera, first: Sighting) -> _Upon:
+def _upon(state: SceneState, look: Look, unit: Camera, first: Sighting) -> _Upon:
     """What stands on boxes, wedges and stairs that are seen whole, and what is in the air."""
     stances = look.stances
     steps, flights = flights_of(look.image, state, unit, look.offers, look.covered, look.told.steps)
@@ -144,7 +144,7 @@ def _upon(case: Case, state: SceneState, look: Look, unit: Camera, first: Sighti
         **steps,
     }
     on = on_blocks(unit, state, stances, first.on, blocks, flights)
-    on = lifted(unit, state, stances, on, _roots(on), first.usual)
+    on = lifted(unit, state, stances, on, first.usual)
     under = {
         name: stances[name].over or support_under(stances[name], first.profiles)
         if on[name] == AIR

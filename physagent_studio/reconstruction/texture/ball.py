@@ -13,9 +13,8 @@ from typing import Self
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
-from physagent_studio.arrays import FloatArray
+from physagent_studio.arrays import FloatArray, FloatImage
 from physagent_studio.program.rotations import matrix_of
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import SceneObject
@@ -24,8 +23,6 @@ from physagent_studio.reconstruction.switches import at_work
 from physagent_studio.reconstruction.texture.round_light import fitted, is_pattern, terms_of
 from physagent_studio.records.case import Image
 from physagent_studio.rendering.lit import bilinear
-
-FloatImage = NDArray[np.float32]
 
 
 @dataclass(frozen=True, slots=True)

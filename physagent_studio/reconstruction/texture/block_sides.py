@@ -9,11 +9,10 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial import KDTree
 
-from physagent_studio.arrays import FloatArray
+from physagent_studio.arrays import BoolArray, FloatArray
 from physagent_studio.program.rotations import matrix_of
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import Box, SceneObject
-from physagent_studio.reconstruction.photo.regions import BoolArray
 from physagent_studio.reconstruction.shapes.meshes import mesh_of
 from physagent_studio.reconstruction.switches import at_work
 from physagent_studio.records.scene import Mesh
@@ -38,7 +37,8 @@ def opposite_sides(
     side = np.zeros((len(places), 2))
     side[block.faces.ravel()] = np.repeat(np.stack([whole, sign], 1), 3, axis=0)
     eye = (np.asarray(camera.position) - np.asarray(item.position)) @ matrix_of(item.rotation)
-    facing = _facing(eye, np.asarray(shape.size) / 2)
+    # (3,) of each axis the sign of the side that looks at the eye, 0 for neither.
+    facing = np.where(np.abs(eye) > np.asarray(shape.size) / 2, np.sign(eye), 0.0)
     chosen = np.zeros(len(mesh.faces), bool)
     shown = mesh.vertices.copy()
     # 0..0.2: of a side at its rim that is not copied: its neighbour shines through
@@ -48,7 +48,8 @@ def opposite_sides(
         for way in (-1.0, 1.0):
             if facing[axis] == way:
                 continue
-            source = _source(axis, facing, eye)
+            # Its own other side stands for one that is not seen, else the best seen one.
+            source = axis if facing[axis] else int(np.abs(eye * facing).argmax())
             own = (side == (axis, way)).all(1)
             other = np.flatnonzero((side == (source, facing[source])).all(1))
             sought = places[own]
@@ -65,13 +66,3 @@ def opposite_sides(
             shown[np.flatnonzero(own)] = drawn[near] + border * (drawn.mean(0) - drawn[near])
             chosen[: len(block.faces)] |= (whole == axis) & (sign == way)
     return chosen, shown
-
-
-def _facing(eye: FloatArray, half: FloatArray) -> FloatArray:
-    """(3,) of each axis the sign of the side that looks at the eye (body frame), 0 for neither."""
-    return np.where(np.abs(eye) > half, np.sign(eye), 0.0)
-
-
-def _source(axis: int, facing: FloatArray, eye: FloatArray) -> int:
-    """The axis whose seen side stands for one that is not seen: its own, else the best seen one."""
-    return axis if facing[axis] else int(np.abs(eye * facing).argmax())

@@ -15,6 +15,7 @@ from physagent_studio.program.rotations import matrix_of
 from physagent_studio.program.scene.state import SceneObject
 from physagent_studio.reconstruction.photo.regions import BoolArray, grow, iou
 from physagent_studio.reconstruction.shapes.inflation import sheet_on_plane
+from physagent_studio.reconstruction.shapes.meshes import one_surface
 from physagent_studio.reconstruction.shapes.silhouettes import in_world
 from physagent_studio.reconstruction.switches import at_work
 from physagent_studio.reconstruction.texture.outline_fitting import (
@@ -122,8 +123,8 @@ def with_parts(sight: Sight, item: SceneObject, mesh: Mesh) -> Mesh:
     if not lost.any():
         return mesh
     part = _laid(sight, item, grow(lost, PART.overlap_px) & mask, world)
-    faces = np.vstack([mesh.faces, part.faces + len(world)]).astype(np.int32)
-    whole = replace(mesh, vertices=np.vstack([mesh.vertices, part.vertices]), faces=faces)
+    vertices, faces = one_surface([(mesh.vertices, mesh.faces), (part.vertices, part.faces)])
+    whole = replace(mesh, vertices=vertices, faces=faces)
     gain = iou(sight.drawn(in_world(item, whole), faces), mask) - before
     return whole if gain > FITTING.min_gain else mesh
 

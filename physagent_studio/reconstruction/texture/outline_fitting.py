@@ -198,11 +198,10 @@ def _pairs(sight: Sight, drawn: BoolArray) -> tuple[FloatArray, FloatArray] | No
 def _outline(mask: BoolArray) -> FloatArray:
     """Points (N, 2), evenly along the outlines of a region and of its holes and not too many, pixel
     edges."""
-    found, _ = cv2.findContours(
-        cv2.resize(_cut(mask).astype(np.uint8), None, fx=2, fy=2, interpolation=cv2.INTER_NEAREST),
-        cv2.RETR_LIST,
-        cv2.CHAIN_APPROX_NONE,
-    )
+    x0, y0, x1, y1 = bounds(mask)
+    own = np.pad(mask[y0:y1, x0:x1], 1).astype(np.uint8)
+    own = cv2.resize(own, None, fx=2, fy=2, interpolation=cv2.INTER_NEAREST)
+    found, _ = cv2.findContours(own, cv2.RETR_LIST, cv2.CHAIN_APPROX_NONE)
     points = np.vstack([part[:, 0] for part in found]).astype(float)
     x0, y0, _, _ = bounds(mask)
     points = (points + 0.5) / 2 - 1 + np.array([x0, y0])
@@ -210,11 +209,6 @@ def _outline(mask: BoolArray) -> FloatArray:
         0, len(points), min(FITTING.points_count, len(points)), endpoint=False
     ).astype(int)
     return points[every]
-
-
-def _cut(mask: BoolArray) -> BoolArray:
-    x0, y0, x1, y1 = bounds(mask)
-    return np.pad(mask[y0:y1, x0:x1], 1)
 
 
 def looked_up(area: BoolArray, points: FloatArray) -> BoolArray:

@@ -70,7 +70,8 @@ def textured(photo: Image, mask: BoolArray, camera: Camera, item: SceneObject, m
     """
     if not mask.any():
         return mesh
-    color = _mean_color(photo, mask)
+    red, green, blue = (round(float(value)) for value in photo[mask].mean(0))
+    color = (red, green, blue)
     plain = unlit(photo, mask, camera, item, mesh)
     if plain is None:
         return replace(_painted(photo, mask, camera, item, mesh, lit=True), color=color)
@@ -180,11 +181,6 @@ def padded_crop(photo: Image, mask: BoolArray) -> tuple[Image, tuple[int, int]]:
     filled = part[source[..., 0], source[..., 1]]
     soft = cv2.GaussianBlur(filled, (0, 0), 1.5)
     return np.where(core[..., None], filled, soft).astype(np.uint8), (left, top)
-
-
-def _mean_color(photo: Image, mask: BoolArray) -> tuple[int, int, int]:
-    red, green, blue = (round(float(value)) for value in photo[mask].mean(0))
-    return red, green, blue
 
 
 def _unseen(camera: Camera, item: SceneObject, mesh: Mesh) -> BoolArray:

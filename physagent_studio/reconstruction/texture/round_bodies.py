@@ -12,11 +12,10 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from physagent_studio.arrays import FloatArray
+from physagent_studio.arrays import BoolArray, FloatArray
 from physagent_studio.program.rotations import matrix_of
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import SceneObject
-from physagent_studio.reconstruction.photo.regions import BoolArray
 from physagent_studio.reconstruction.switches import at_work
 from physagent_studio.reconstruction.texture.ball import BALL, FOLDS, Ball
 from physagent_studio.reconstruction.texture.round_light import radii_of

@@ -7,9 +7,8 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from physagent_studio.arrays import FloatArray
+from physagent_studio.arrays import BoolArray, FloatArray
 from physagent_studio.program.scene.state import Ellipsoid, SceneObject, Sphere
-from physagent_studio.reconstruction.photo.regions import BoolArray
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,11 +10,10 @@ import math
 
 import numpy as np
 
-from physagent_studio.arrays import FloatArray
+from physagent_studio.arrays import BoolArray, FloatArray
 from physagent_studio.program.rotations import matrix_of
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import Inflated, SceneObject
-from physagent_studio.reconstruction.photo.regions import BoolArray
 from physagent_studio.reconstruction.shapes.inflation import standing_plane
 from physagent_studio.reconstruction.switches import at_work
 from physagent_studio.records.scene import Mesh

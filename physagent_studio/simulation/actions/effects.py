@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from physagent_studio.program import Action, actions
+from physagent_studio.program import actions
 from physagent_studio.simulation.actions.effect import Effect, plain_vector
 from physagent_studio.simulation.actions.pushes import (
     ApplyAngledForceEffect,
@@ -138,7 +138,7 @@ class Hanging(_FixObject):
         super().begin(world)
 
 
-_EFFECTS: dict[type, type[Effect]] = {
+EFFECTS: dict[type, type[Effect]] = {
     actions.SetVelocity: _SetVelocity,
     actions.SetAngularVelocity: _SetAngularVelocity,
     actions.ApplyForce: ApplyForceEffect,
@@ -151,10 +151,5 @@ _EFFECTS: dict[type, type[Effect]] = {
 }
 
 
-OPERATORS = tuple(_EFFECTS)
+OPERATORS = tuple(EFFECTS)
 """The operators that can run."""
-
-
-def effect_of(action: Action) -> Effect:
-    """The effect of an action, not begun yet."""
-    return _EFFECTS[type(action)](action)

@@ -10,7 +10,7 @@ from physagent_studio.program import Action, After, OnContact, duration_of
 from physagent_studio.program.actions import FixObject, When
 from physagent_studio.records import ActionSpan
 from physagent_studio.simulation.actions.effect import Effect
-from physagent_studio.simulation.actions.effects import Hanging, effect_of
+from physagent_studio.simulation.actions.effects import EFFECTS, Hanging
 
 
 @dataclass(eq=False, slots=True)
@@ -38,7 +38,8 @@ class Schedule:
     ) -> None:
         """hanging: things that stay where they are until the first action on them begins."""
         self._steps = steps
-        self.slots = tuple(Slot(item, effect_of(item)) for item in actions if not item.muted)
+        heard = (item for item in actions if not item.muted)
+        self.slots = tuple(Slot(item, EFFECTS[type(item)](item)) for item in heard)
         self.hanging = tuple(_hanging(name, steps) for name in hanging)
         self._by_id = {slot.action.id: slot for slot in self.slots}
         self._edges: set[int] = {0} if self.hanging else set()

@@ -12,6 +12,7 @@ from physagent_studio.program.base import IDENTITY
 from physagent_studio.program.rotations import about_up, multiply
 from physagent_studio.program.scene import forms
 from physagent_studio.program.scene.boards import Size3, open_box
+from physagent_studio.program.scene.shapes import frustum_centre
 from physagent_studio.records import Mesh
 from physagent_studio.simulation.bodies.carving import carved
 from physagent_studio.simulation.bodies.vessel import rising, solid_slices, vessel
@@ -193,10 +194,8 @@ def _barrel(radius: float, half: float) -> Primitive:
 
 
 def _frustum(shape: forms.Frustum) -> Solid:
-    low, high = shape.bottom_radius, shape.top_radius
-    total = low * low + low * high + high * high
-    centre = shape.height / 4 * (low * low + 2 * low * high + 3 * high * high) / max(total, 1e-12)
-    profile = np.array([[-centre, low], [shape.height - centre, high]])
+    low = -frustum_centre(shape)
+    profile = np.array([[low, shape.bottom_radius], [low + shape.height, shape.top_radius]])
     return _round(profile, shape.wall)
 
 

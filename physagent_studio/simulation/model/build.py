@@ -246,7 +246,8 @@ def _compiled(
     flex_bodies = np.zeros(model.nflex, np.int16)
     for index, item in enumerate(scene.objects):
         if item.name in plan.flexes:
-            flex_bodies[_flex_id(model, item.name)] = index
+            flex = mj.mj_name2id(model, mj.mjtObj.mjOBJ_FLEX, f"flex/{item.name}")
+            flex_bodies[flex] = index
     data, handles = mj.MjData(model), [_handle(model, item, plan) for item in scene.objects]
     return Compiled(
         model,
@@ -272,10 +273,6 @@ def _reach(
         return None
     places = [(handle.position, handle.velocity) for handle in rigid]
     return reach_of(model, data, places, geom_bodies)
-
-
-def _flex_id(model: Model, name: str) -> int:
-    return mj.mj_name2id(model, mj.mjtObj.mjOBJ_FLEX, f"flex/{name}")
 
 
 def _pair_table(model: Model) -> np.ndarray:

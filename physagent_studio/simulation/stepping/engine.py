@@ -34,7 +34,9 @@ def run(
     reached = partial(_reached, world, trace, cancelled)
     while reached(step):
         if step == steps:
-            _finish(world, trace)
+            # Actions that reach the end of the clip are settled.
+            for slot in trace.schedule.active:
+                slot.effect.end(world)
             return
         _edges(world, trace, step)
         step = _advance(world, trace, step, reached)
@@ -276,12 +278,6 @@ def _step_by_step(
 def _start(slot: Slot) -> int:
     assert slot.start is not None
     return slot.start
-
-
-def _finish(world: World, trace: Trace) -> None:
-    """Settles the actions that reach the end of the clip."""
-    for slot in trace.schedule.active:
-        slot.effect.end(world)
 
 
 FASTEST = 5e3

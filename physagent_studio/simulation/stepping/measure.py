@@ -18,6 +18,7 @@ from physagent_studio import __version__
 from physagent_studio.program import PhysicalProgram
 from physagent_studio.program.rotations import cross, rotated
 from physagent_studio.records import ActionSpan, Alarm, Rollout
+from physagent_studio.records.rollout_io import ARRAYS
 from physagent_studio.simulation.actions.world import World
 from physagent_studio.simulation.bodies.clouds import quaternions_of
 from physagent_studio.simulation.bodies.flexes import skinned
@@ -72,7 +73,7 @@ def _own(world: World, trace: Trace, setting: str) -> Rollout:
         spans=_spans(trace),
         warnings=tuple(trace.alarms),
         releases=tuple(trace.releases),
-        versions=versions(),
+        versions=(("mujoco", mj.mj_versionString()), ("physagent-studio", __version__)),
         snapshots=trace.snapshots_so_far(),
         memories=tuple(trace.memories),
         actions=action_keys(program),
@@ -172,11 +173,6 @@ def _principal_frames(parts: list[RigidPart]) -> FloatArray:
 def action_keys(program: PhysicalProgram) -> tuple[tuple[str, str], ...]:
     """(id, canonical JSON) of the actions that act, in order."""
     return tuple((a.id, a.model_dump_json()) for a in program.event.actions if not a.muted)
-
-
-def versions() -> tuple[tuple[str, str], ...]:
-    """What made the rollout."""
-    return (("mujoco", mj.mj_versionString()), ("physagent-studio", __version__))
 
 
 def _known(trace: Trace, contacts: np.ndarray) -> np.ndarray:
@@ -279,20 +275,10 @@ def _join(previous: Rollout, tail: Rollout, contacts: np.ndarray, step: int) -> 
     """`previous` up to and with row `step`, then `tail`, whose rows before are not valid."""
     arrays = {
         name: np.concatenate([getattr(previous, name)[: step + 1], getattr(tail, name)[step + 1 :]])
-        for name in _ROWS
+        for name in ARRAYS
+        if name != "masses"
     }
     return dataclasses.replace(tail, contacts=contacts, **arrays)
-
-
-_ROWS = (
-    "positions",
-    "rotations",
-    "velocities",
-    "angular",
-    "kinetic",
-    "potential",
-    "penetration",
-)
 
 
 LEAST = 0.01

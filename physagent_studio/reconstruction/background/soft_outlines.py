@@ -28,7 +28,7 @@ class SoftSettings:
     smooth_px: float = 0.7  # 0..2: sigma, against noise
     faded_share: float = 0.06  # 0.02..0.2: of the thing's colour in the median, where it has faded
     min_contrast_lab: float = 10.0  # 4..30: between inside and outside; less tells nothing
-    max_places: int = 20000  # 2000..100000: pixels beside the outline that are looked at
+    max_places: int = 20000  # count, 2000..100000: pixels beside the outline that are looked at
 
 
 SOFT = SoftSettings()

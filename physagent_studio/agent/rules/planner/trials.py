@@ -29,7 +29,7 @@ class TrialSettings:
     max_runs: int = 200  # count, 20..1000: of one proposal
     # the statement's measure, 0.01..0.2: from here noise does not matter
     sturdy_margin: float = 0.05
-    foreseen: int = 3  # count, 1..16: of what is asked for next, begun where cores are free
+    foreseen_runs: int = 3  # count, 1..16: of what is asked for next, begun where cores are free
 
 
 TRIAL = TrialSettings()
@@ -232,7 +232,7 @@ class _Dream(Search):
     ) -> Candidate | None:
         if key in self.answers:
             return self.answers[key]
-        if len(self.coming) > TRIAL.foreseen:
+        if len(self.coming) > TRIAL.foreseen_runs:
             raise _FarEnoughError
         self.coming.append(program)
         return replace(self.start(), program=program, edits=edits, turned=turned)

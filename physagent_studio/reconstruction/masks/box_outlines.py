@@ -20,8 +20,8 @@ class SymmetrySettings:
 
     min_lost_share: float = 0.1  # 0.02..0.3: of the mask: less is its rough rim
     max_lost_share: float = 1.0  # 0.3..2: of the mask: more than is seen is nobody's guess
-    min_solidity: float = 0.94  # 0.8..1: of the completed mask, as boxes are convex
-    max_solidity: float = 0.93  # 0.7..1: of a mask: from there on it has lost nothing
+    min_solidity: float = 0.94  # share, 0.8..1: of the completed mask, as boxes are convex
+    max_solidity: float = 0.93  # share, 0.7..1: of a mask: from there on it has lost nothing
     rim_ratio: float = 0.04  # 0.01..0.2: of √area: strips as narrow are no loss
 
 

@@ -59,7 +59,7 @@ class FormSettings:
     thick_deg: float = 30.0  # 10..60: on thick ones
     # 0.8..1: of a round body's half height, where the flats of a stack begin
     flat_share: float = 0.94
-    part_rounds: int = 8  # 1..16: in which a body and what stands off it are told apart
+    part_rounds: int = 8  # count, 1..16: in which a body and what stands off it are told apart
     min_part_step: float = 0.005  # IoU, 0..0.05: of body and parts, for which there is another
     min_part_gain: float = 0.03  # IoU, 0..0.1: in all, for which the body is taken without them
 

@@ -111,13 +111,18 @@ def _over(task: Task, hurdle: str) -> Action:
 def lift(task: Task) -> list[Action]:
     """Carried up without haste; then let go where it comes down again, else held there.
 
-    What does nothing else takes most of the clip for it, and goes as far as the picture allows.
+    What does nothing else rises faster and faster to the end, as far as the picture allows: what
+    hangs still in the end was not told to.
     """
     height = max(1.2 * task.layout.size(task.name), 0.12)
     seconds = task.seconds(0.25)
+    first = act.STEPS.first_step
     if all(frame.sense == "rise" and frame.distance is None for frame in task.intent.frames):
         height = max(min(good_way(task.layout, task.name, WAYS["up"]), 4 * height), height)
-        seconds = task.seconds(0.8)
+        steps = task.clip.steps - first
+        gain = 2 * height / (steps * task.clip.step_seconds) ** 2
+        force = act.toward_or_along(mech.G + gain, way="up", quantity="acceleration")
+        return [act.push(task.name, force, start=first, duration=steps, label="lift")]
     # Half of the time it gains speed, half of the time it loses it.
     gain = 4 * height / (seconds * seconds)
     half = round(seconds / 2 / task.clip.step_seconds)
@@ -125,7 +130,6 @@ def lift(task: Task) -> list[Action]:
         act.toward_or_along(mech.G + share, way="up", quantity="acceleration")
         for share in (gain, -gain, 0.0)
     )
-    first = act.STEPS.first_step
     actions: list[Action] = [
         act.push(task.name, up, start=first, duration=half, label="lift"),
         act.push(task.name, slow, start=first + half, duration=half, label="slow"),

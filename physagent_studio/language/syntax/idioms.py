@@ -79,10 +79,10 @@ _RIMS = {"top": "up", "bottom": "down", "left": "leftwards", "right": "rightward
 
 def _rim(after: tuple[str, ...]) -> tuple[tuple[str, ...], int]:
     """The way that "at the top", "on the left side" says, and how many words it takes."""
-    way = _RIMS.get(after[2]) if len(after) > 2 and after[1] == "the" else None
-    if way is None or after[0] not in ("at", "on", "over", "through", "from"):
+    at, article, rim, part = (*after, *[""] * 4)[:4]
+    if at not in ("at", "on", "over", "through", "from") or article != "the" or rim not in _RIMS:
         return (), 0
-    return (way,), 3 + (after[3:] in (("side",), ("edge",)))
+    return (_RIMS[rim],), 3 + (part in ("side", "edge"))
 
 
 def _amounts(tokens: Tokens, nouns: frozenset[str]) -> Tokens:

@@ -44,7 +44,8 @@ def soft_width(photo: Image, mask: BoolArray, usual: int) -> int:
         return usual
     x0, y0, x1, y1 = bounds(mask)
     crop = np.s_[max(y0 - 2 * reach, 0) : y1 + 2 * reach, max(x0 - 2 * reach, 0) : x1 + 2 * reach]
-    off = cv2.distanceTransform((~mask[crop]).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_5)
+    beside = (~mask[crop]).astype(np.uint8)
+    off = np.asarray(cv2.distanceTransform(beside, cv2.DIST_L2, cv2.DIST_MASK_5), np.float32)
     rows, columns = np.nonzero((off > 0) & (off <= reach))
     each = max(1, len(rows) // SOFT.max_places)
     rows, columns = rows[::each], columns[::each]
@@ -66,7 +67,7 @@ def _shares(
     off: (H, W) pixels from the thing.
     """
     lab = cv2.cvtColor(photo.astype(np.float32) / 255, cv2.COLOR_RGB2LAB)
-    lab = cv2.GaussianBlur(lab, (0, 0), SOFT.smooth_px)
+    lab = np.asarray(cv2.GaussianBlur(lab, (0, 0), SOFT.smooth_px), np.float32)
     even = cv2.GaussianBlur(off, (0, 0), 1.5)
     out = np.stack([cv2.Sobel(even, cv2.CV_32F, *way)[rows, columns] for way in ((1, 0), (0, 1))])
     out /= np.maximum(np.linalg.norm(out, axis=0), 1e-6)

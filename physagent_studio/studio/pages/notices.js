@@ -5,7 +5,7 @@ import { on, send } from "./wire.js";
 
 const STAY = { info: 5000, warning: 9000, error: 14000 };
 const MOST = 4; // lasting ones on view; what is behind them comes up as they are put away
-const OFFERED = 20000; // something can be done about it, so it waits longer
+const OFFERED = 45000; // something can be done about it, so it waits longer
 
 export function startNotices(host) {
   let passing = [];

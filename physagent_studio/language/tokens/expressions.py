@@ -71,8 +71,7 @@ _PLAIN = {
     "km/h": "kilometers per hour|kilometres per hour",
     "halfway": "half way|half of the way",
     "alltheway": "all the way|the whole way",
-    "rhythmically": "back and forth|to and fro|side to side|from side to side|"
-    "to the left and to the right|to the left and then to the right",
+    "rhythmically": "back and forth|to and fro|side to side|from side to side",
     "successively": "one after the other|one after another|one by one|in sequence|in succession|"
     "in turn|in order",
     "simultaneously": "at the same time",
@@ -83,6 +82,9 @@ _PLAIN = {
     "sways": "springs back|snaps back",
     "topples the others successively": "sets off a chain reaction|triggers a chain reaction|"
     "starts a chain reaction|causes a chain reaction",
+    # "Which in turn knocks over the cup": it is one thing that does so.
+    "which": "which in turn",
+    "and": "and in turn",
     "reverses": "backs up|backs away",
     "naturally": "by itself|by themselves|on its own|on their own",
     "slightly": "a little|a bit",

@@ -469,3 +469,12 @@ def test_everyday_turns_are_read_whole(prompt: str, sense: str) -> None:
     reading = read(prompt, stock(GAME))
     assert not reading.not_understood
     assert sense in [frame.sense for frame in reading.frames]
+
+
+def test_there_and_on_is_no_rhythm_of_what_rolls_and_in_turn_is_one_thing() -> None:
+    asked = "The red ball rolls to the left and then to the right."
+    assert read(asked, stock(GAME)).not_understood
+    prompt = "The red ball hits the blue box, which in turn knocks over the green cup."
+    reading = read(prompt, stock(GAME))
+    assert senses(reading) == ["hit", "knock_over"]
+    assert not any(frame.timing for frame in reading.frames)

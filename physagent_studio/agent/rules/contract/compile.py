@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
@@ -227,8 +226,8 @@ class _Draft:
         """A row of dominoes goes down as a wave: closer after one another than two things do, and
         the closer the smaller they are, as they fall the sooner."""
         heights = [self.layout.height(n) for n in frame.patient if self.layout.has(n)]
-        fall = math.sqrt(2 * min(heights, default=0.7) / mech.G)
-        return round(min(SPEC.wave_share * fall, SPEC.max_wave_s), 4)
+        waves = [SPEC.wave_share * mech.time_to_fall(height) for height in heights]
+        return round(min(waves, default=SPEC.max_wave_s), 4)
 
     def _everyone(self, frame: EventFrame) -> tuple[str, ...]:
         """A wind that names nobody blows on whatever the prompt speaks of; what loses its

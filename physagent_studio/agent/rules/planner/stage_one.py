@@ -16,7 +16,7 @@ from physagent_studio.errors import Cancelled, StudioError
 from physagent_studio.program.edits import Edit, SetField, apply
 from physagent_studio.program.scene.state import SceneObject
 from physagent_studio.reconstruction.photo.colours import colour_of, places_of
-from physagent_studio.records import Finding, Proposal
+from physagent_studio.records import Finding, Proposal, Scene
 
 Repair = tuple[str, str, tuple[Edit, ...]]
 
@@ -51,8 +51,12 @@ def repair_likeness(situation: Situation) -> Proposal | None:
         item = situation.program.scene.object(mismatch.subject)
         if mismatch.code != "unlike_the_photo" or item is None:
             continue
-        repairs = chain(_other_shapes(situation, item), _covered_masks(situation, item))
-        found = next((row for row in repairs if _is_fresh(situation, row[2])), None)
+        repairs = chain(
+            _other_shapes(situation, item),
+            _other_masks(situation, item.name, f"scene.objects.{item.name}"),
+        )
+        fresh = (row for row in repairs if _is_fresh(situation, row[2]))
+        found = next((row for row in fresh if _is_covered(situation, item.name, row)), None)
         if found is not None:
             factor, words, edits = found
             why = f"Because {mismatch.text}: {words}."
@@ -80,19 +84,25 @@ def _other_shapes(situation: Situation, item: SceneObject) -> Iterator[Repair]:
             )
 
 
-def _covered_masks(situation: Situation, item: SceneObject) -> Iterator[Repair]:
-    """Masks of an object that some kind of shape covers, as looking at each tells."""
-    for repair in _other_masks(situation, item.name, f"scene.objects.{item.name}"):
-        if situation.look is None or not _is_fresh(situation, repair[2]):
-            continue
-        try:
-            scene = situation.look(apply(situation.program, repair[2]).scene)
-        except Cancelled:
-            raise
-        except StudioError:
-            continue
-        if any(offer.iou >= COVERS for offer in scene.shapes.get(item.name, ())):
-            yield repair
+def _is_covered(situation: Situation, name: str, repair: Repair) -> bool:
+    """Whether some kind of shape covers an object's mask then; another mask is looked at first."""
+    if repair[0] == "primitive":
+        return True
+    scene = _looked_at(situation, repair)
+    offers = scene.shapes.get(name, ()) if scene is not None else ()
+    return any(offer.iou >= COVERS for offer in offers)
+
+
+def _looked_at(situation: Situation, repair: Repair) -> Scene | None:
+    """The scene after a repair; None where nothing can be looked at, or it cannot be made."""
+    if situation.look is None:
+        return None
+    try:
+        return situation.look(apply(situation.program, repair[2]).scene)
+    except Cancelled:
+        raise
+    except StudioError:
+        return None
 
 
 def _unmeasured(situation: Situation) -> str:
@@ -111,13 +121,8 @@ def _best(situation: Situation, repairs: list[Repair]) -> Repair | None:
         return repairs[0] if repairs else None
     best, least = None, shortfall(situation.scene) - 1e-6
     for repair in repairs:
-        try:
-            scene = situation.look(apply(situation.program, repair[2]).scene)
-        except Cancelled:
-            raise
-        except StudioError:
-            continue
-        if shortfall(scene) < least:
+        scene = _looked_at(situation, repair)
+        if scene is not None and shortfall(scene) < least:
             best, least = repair, shortfall(scene)
     return best
 

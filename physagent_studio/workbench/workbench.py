@@ -286,6 +286,9 @@ class Workbench:
             executor=self._executor,
         )
         self._desk = desk
+        # A warning is about the session in which it was said.
+        kept = tuple(item for item in self._snapshot.notices if item.level != "warning")
+        self._publish(replace(self._snapshot, notices=kept))
         if session.read_only:
             self._notice("warning", f"{session.read_only[0].upper()}{session.read_only[1:]}.")
         elif doing := interrupted(session):

@@ -44,9 +44,12 @@ def test_one_drag_a_thing(waiting: Desk, repository: Path) -> None:
         themed(page, (1280, 720), dark=dark)
         assert page.evaluate(AMISS) == []
     old = waiting.snapshot.session_id
-    page.get_by_role("dialog").get_by_role("button", name="Start", exact=True).click()
+    page.evaluate("window.clicks = 0; document.addEventListener('click', () => clicks++)")
+    page.get_by_role("dialog").get_by_role("button", name="Start", exact=True).dblclick()
     waiting.until(lambda: waiting.snapshot.session_id != old, "a new session")
     waiting.idle()
+    # The second click did not get to what lay beneath the dialog.
+    assert page.evaluate("clicks") == 1
     found = {one.name: one.grounding.box for one in waiting.snapshot.program.scene.objects}
     assert set(found) == set(BOXES)
     for name, box in BOXES.items():

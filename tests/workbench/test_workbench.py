@@ -63,6 +63,16 @@ def faster(value: float) -> commands.ApplyEdits:
     return commands.ApplyEdits((SetField(path="event.actions.go.velocity.0", value=value),))
 
 
+def test_a_warning_ends_with_the_session_that_it_is_about(bench: Workbench, tmp_path: Path) -> None:
+    mine = opened(bench).session_id
+    assert mine is not None
+    other = Workbench(Store(tmp_path), evidence=False)
+    shown = after(other, commands.OpenSession(mine))
+    assert [notice.level for notice in shown.notices] == ["warning"]
+    assert not opened(other).notices
+    other.close()
+
+
 def test_a_bare_program_opens_and_is_simulated(bench: Workbench) -> None:
     snapshot = opened(bench)
     assert not snapshot.notices, snapshot.notices

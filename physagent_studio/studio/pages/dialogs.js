@@ -1,6 +1,6 @@
 // Dialogs: open a case or a session, and a new session from a photo.
 
-import { button, COLORS, draw, dropping, h, keepInside, say } from "./dom.js";
+import { button, COLORS, draw, dropping, h, keepInside, say, SECOND_CLICK } from "./dom.js";
 import { thumbnail } from "./photo_draw.js";
 import { makeShelf } from "./shelf.js";
 import { on, send, value } from "./wire.js";
@@ -24,7 +24,10 @@ export function startDialogs(host) {
   let sent = null; // a photo on its way: in which session it was sent, and the newest error then
   let from = null; // what had the focus before the dialog
 
-  const close = () => { kind = ""; draw(host); from?.focus?.({ preventScroll: true }); from = null; };
+  let closed = -Infinity; // when the dialog was closed, ms
+  const close = () => { kind = ""; draw(host); from?.focus?.({ preventScroll: true }); [from, closed] = [null, performance.now()]; };
+  // The second click of a double click that closed it was not meant for what lay beneath.
+  addEventListener("click", (event) => { if (event.detail > 1 && performance.now() - closed < SECOND_CLICK) event.stopPropagation(); }, true);
   const shell = (title, body, foot) => draw(host, h("div", { class: "shade", onpointerdown: (e) => { if (e.target === e.currentTarget) close(); }, onkeydown: (e) => { if (e.key === "Escape") close(); else keepInside(e); } },
     h("div", { class: "dialog", role: "dialog", "aria-modal": "true", "aria-label": title }, h("header", {}, h("div", { class: "title grow" }, title), button("Close", close, { class: "b quiet" })), h("div", { class: "body" }, body), foot ? h("footer", {}, foot) : null)));
 

@@ -4,6 +4,8 @@ const SVG = "http://www.w3.org/2000/svg";
 const SVG_TAGS = new Set(["svg", "g", "rect", "line", "path", "text", "circle", "polygon", "polyline", "title", "image"]);
 const AS_PROPERTY = new Set(["value", "checked", "disabled", "hidden", "selected", "readOnly", "open"]);
 
+export const SECOND_CLICK = 600; // ms after the first, as long as people double-click
+
 export function h(tag, props, ...kids) {
   const node = SVG_TAGS.has(tag) ? document.createElementNS(SVG, tag) : document.createElement(tag);
   for (const [name, value] of Object.entries(props || {})) {

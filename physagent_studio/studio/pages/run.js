@@ -1,6 +1,6 @@
 // Run: which session, what is happening, what comes next.
 
-import { button, draw, h, iconButton, say } from "./dom.js";
+import { button, draw, h, iconButton, say, SECOND_CLICK } from "./dom.js";
 import { openPopup } from "./popup.js";
 import { on, send } from "./wire.js";
 
@@ -112,7 +112,6 @@ function meters(run) {
     run.simulations ? h("p", { class: "faint num" }, parts.filter(Boolean).join(" · ")) : null);
 }
 
-const SECOND_CLICK = 600; // ms after the first, as long as people double-click
 function busy(run, since) {
   // What has not begun to count yet is shown as going on, not as standing still.
   const known = Boolean(run.progress);

@@ -108,10 +108,9 @@ def simulate_program(path: Path, out: Path, as_json: bool) -> int:
 
 def reconstruct_case(folder: Path, sheet: Path) -> Path:
     """Reconstructs a case and writes its contact sheet."""
-    from physagent_studio.agent.rules import RuleGenerator
-    from physagent_studio.reconstruction import reconstruct
     from physagent_studio.reconstruction.contact_sheet import contact_sheet
     from physagent_studio.reconstruction.learned.at_hand import learned_here
+    from physagent_studio.workbench.first import first_program
 
     if folder.suffix.lower() in IMAGES:
         raise InputError(
@@ -122,9 +121,7 @@ def reconstruct_case(folder: Path, sheet: Path) -> Path:
     if sheet.suffix.lower() != ".png" or not sheet.parent.is_dir():
         raise InputError(f"{sheet} cannot be written; it must be a .png in a folder that exists")
     case = load_case(folder, None)
-    learned = learned_here()
-    program = RuleGenerator().first(case, lambda state: reconstruct(case, state, learned=learned))
-    picture = contact_sheet(reconstruct(case, program.scene, learned=learned))
+    picture = contact_sheet(first_program(case, learned_here())[1])
     if not cv2.imwrite(str(sheet), picture[..., ::-1]):
         raise InputError(f"{sheet} cannot be written; its folder must be writable")
     return sheet

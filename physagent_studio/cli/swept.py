@@ -6,7 +6,6 @@ import sys
 from contextlib import closing
 from pathlib import Path
 
-from physagent_studio.agent.rules import RuleGenerator
 from physagent_studio.cli.files import read_program
 from physagent_studio.cli.programs import bare_case
 from physagent_studio.cli.targets import PROGRAMS, case_of, is_session
@@ -22,6 +21,7 @@ from physagent_studio.sweep.attribution import attribution
 from physagent_studio.sweep.page import columns_of, write_page
 from physagent_studio.sweep.plan import span_of
 from physagent_studio.sweep.robustness import draw, judged
+from physagent_studio.workbench.first import first_program
 from physagent_studio.workbench.probing import made_by
 from physagent_studio.workbench.tasks import likened
 
@@ -79,12 +79,11 @@ def _target(word: str, event: str | None, sessions: Sessions) -> Target:
             return _of_round(session, _chosen(session, None)[0])
     if path.suffix.lower() in PROGRAMS and path.stem != "case":
         program, label = read_program(path), path.stem
-        case = bare_case(program, label)
+        scene = reconstruct(bare_case(program, label), program.scene)
     else:
         case = case_of(word, event, "", ())
-        program = RuleGenerator().first(case, lambda state: reconstruct(case, state))
+        program, scene = first_program(case)
         label = "/".join(part for part in (case.name, case.event) if part)
-    scene = reconstruct(case, program.scene)
     return Target(label, program.model_copy(update={"scene": scene.state}), scene, likened(scene))
 
 

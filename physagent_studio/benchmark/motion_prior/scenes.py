@@ -12,7 +12,6 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
-from physagent_studio.agent.rules import RuleGenerator
 from physagent_studio.arrays import FloatArray
 from physagent_studio.assets import assets_dir
 from physagent_studio.exchange import load_case
@@ -20,10 +19,10 @@ from physagent_studio.program import PhysicalProgram
 from physagent_studio.program.rotations import matrix_of
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import Box, SceneObject, SceneState, Sphere
-from physagent_studio.reconstruction import reconstruct
 from physagent_studio.records import Rollout, Scene
 from physagent_studio.records.scene import Mesh
 from physagent_studio.simulation import simulate
+from physagent_studio.workbench.first import first_program
 
 SIZE = (832, 480)
 PLATE = (1.6, 0.2, 1.0)
@@ -155,13 +154,5 @@ def seen_on_ball(pixels: FloatArray, where: FloatArray, radius: float) -> NDArra
 
 def demo_run() -> tuple[Scene, Rollout, PhysicalProgram]:
     """Scene, rollout and program of the demo's first event."""
-    case = load_case(assets_dir() / "demo")
-    found: list[Scene] = []
-
-    def seen(state: SceneState) -> Scene:
-        found.append(reconstruct(case, state, previous=found[-1] if found else None))
-        return found[-1]
-
-    program = RuleGenerator().first(case, seen)
-    scene = seen(program.scene)
+    program, scene = first_program(load_case(assets_dir() / "demo"))
     return scene, simulate(program, scene.meshes), program

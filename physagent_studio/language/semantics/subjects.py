@@ -117,7 +117,11 @@ class Subjects:
             "topple", "fall", "collapse", "break", "flip", "lean", "sway", "spin", "turn", "rise",
         )  # fmt: skip
         entry = v.VERBS[clause.verb.verb]
-        return Resolved(before.patient) if entry.sense in gives_way else None
+        # "The racket hits the ball and it flies off", where "it rolls on" or "back" goes with what
+        # struck.
+        sent = entry.sense in ("roll", "slide", "fly", "move", "drift")
+        sent &= not set(clause.adverbs) & {"on", "onward", "along", "back", "backward", "backwards"}
+        return Resolved(before.patient) if sent or entry.sense in gives_way else None
 
     def _antecedent(self, clause: RawClause) -> Resolved | None:
         """What a relative clause is about: the noun phrase right before it."""

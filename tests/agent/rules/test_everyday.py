@@ -94,3 +94,18 @@ def test_a_row_that_one_topples_passes_it_on() -> None:
 def test_speeding_up_is_no_rise() -> None:
     program = program_of("toys", "The toy truck speeds up.")
     assert not any("up" in claim(s, program) for s in demanded(program))
+
+
+@pytest.mark.parametrize(
+    ("rest", "mover"),
+    [
+        ("it rolls to the right", "marble"),
+        ("it slides away", "marble"),
+        ("it keeps moving to the right", "stapler"),
+        ("it slides back", "stapler"),
+    ],
+)
+def test_it_is_what_was_struck_unless_it_goes_on_or_back(rest: str, mover: str) -> None:
+    program = program_of("office", f"The stapler hits the marble and {rest}.")
+    moved = [claim(s, program) for s in demanded(program) if s.kind in ("moves", "reverses")]
+    assert any(text.startswith(mover) for text in moved), moved

@@ -22,7 +22,7 @@ from physagent_studio.language.syntax.phrases import NounPhrase
 from physagent_studio.language.tokens import vocabulary as v
 
 PATHS: dict[str, Literal["curve", "straight", "circle"]] = {
-    "arc": "curve", "curve": "curve", "bend": "curve", "hook": "curve", "c": "curve",
+    "arc": "curve", "curve": "curve", "bend": "curve", "c": "curve",
     "line": "straight", "circle": "circle", "loop": "circle", "spiral": "circle",
 }  # fmt: skip
 PATH_ADJECTIVES: dict[str, Literal["curve", "straight", "circle"]] = {
@@ -105,7 +105,7 @@ def take_force(phrase: NounPhrase, details: Details) -> None:
 def is_path(phrase: NounPhrase) -> bool:
     """Whether the phrase names the form of a path ("a curve", "a straight line")."""
     shaped = any(a in PATH_ADJECTIVES for a in (*phrase.adjectives, *phrase.nouns[:-1]))
-    return phrase.head in ("arc", "curve", "hook", "circle", "loop", "spiral", "c") or (
+    return phrase.head in ("arc", "curve", "circle", "loop", "spiral", "c") or (
         phrase.head in ("line", "path", "trajectory", "course", "motion", "arc") and shaped
     )
 

@@ -205,7 +205,7 @@ def _look(
         findings=checks,
         hash="",
         shapes=MappingProxyType(ranking(state, masks, placed.offers, previous)),
-        sureness=MappingProxyType(sureness(image, masks, sight.candidates, groundings)),
+        sureness=MappingProxyType(sureness(image, masks, sight.candidates, groundings, previous)),
         learned=uses_of(inpaint, state.objects, sight.candidates, plate, previous),
     )
 

@@ -18,6 +18,7 @@ from physagent_studio.program.scene.state import (
 )
 from physagent_studio.reconstruction import photo_hash, reconstruct
 from physagent_studio.reconstruction.background.scene_plate import scene_plate
+from physagent_studio.reconstruction.masks import sureness
 from physagent_studio.reconstruction.photo.line_segments import segments
 from physagent_studio.records.case import Case
 from physagent_studio.records.scene import Scene
@@ -105,8 +106,10 @@ def test_corrections_survive_and_what_is_open_follows(drawn, corrected, edit):
     assert (after.plate is before.plate) == (edit != "horizon")
 
 
-def test_a_typed_horizon_turns_a_camera_that_is_there(corrected):
+def test_a_typed_horizon_turns_a_camera_that_is_there(corrected, monkeypatch):
     case, before = corrected
+    # How sure masks are that stay as they are is not asked again.
+    monkeypatch.setattr(sureness, "probability", None)
     assert before.state.camera is not None
     row = before.state.camera.horizon + 25
     state = before.state.model_copy(update={"horizon": row, "horizon_source": "person"})
@@ -116,6 +119,7 @@ def test_a_typed_horizon_turns_a_camera_that_is_there(corrected):
     assert after.state.camera.horizon == pytest.approx(row, abs=1e-6)
     assert after.state.camera.focal == before.state.camera.focal
     assert after.state.camera.confirmed
+    assert after.sureness == before.sureness != {}
     assert after.state.objects[0] == before.state.objects[0]
     # The ground runs otherwise through the photo: it is filled in anew, as if for the first time.
     found = segments(case.image)

@@ -31,7 +31,7 @@ from physagent_studio.reconstruction.photo.regions import (
     solidity,
 )
 from physagent_studio.records.case import Image
-from physagent_studio.records.scene import Candidate
+from physagent_studio.records.scene import Candidate, Scene
 
 Features = dict[str, float]
 
@@ -96,12 +96,38 @@ def sureness(
     masks: Mapping[str, BoolArray],
     candidates: Mapping[str, Sequence[Candidate]],
     groundings: Sequence[tuple[str, Grounding]],
+    previous: Scene | None = None,
 ) -> dict[str, float]:
-    """The probability of each mask (H, W) that nobody chose or drew by hand."""
+    """The probability of each mask (H, W) that nobody chose or drew by hand.
+
+    previous: an earlier scene of the picture; what it says of a mask is true of the same one.
+    """
+    known = {} if previous is None else _still_true(previous, masks, candidates, groundings)
     return {
-        name: probability(image, masks[name], candidates.get(name, ()), grounding, name)
+        name: known[name]
+        if name in known
+        else probability(image, masks[name], candidates.get(name, ()), grounding, name)
         for name, grounding in groundings
         if name in masks and not is_chosen(grounding) and masks[name].any()
+    }
+
+
+def _still_true(
+    previous: Scene,
+    masks: Mapping[str, BoolArray],
+    candidates: Mapping[str, Sequence[Candidate]],
+    groundings: Sequence[tuple[str, Grounding]],
+) -> dict[str, float]:
+    """The probabilities of an earlier scene whose mask, candidates and marks are as they were."""
+    before = {item.name: item.grounding for item in previous.state.objects}
+    return {
+        name: previous.sureness[name]
+        for name, grounding in groundings
+        if name in previous.sureness
+        and name in masks
+        and candidates.get(name) is previous.candidates.get(name)
+        and before.get(name) == grounding
+        and np.array_equal(masks[name], previous.masks[name])
     }
 
 

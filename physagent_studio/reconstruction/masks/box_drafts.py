@@ -12,9 +12,8 @@ from numpy.typing import NDArray
 from physagent_studio.reconstruction.masks import grabcut
 from physagent_studio.reconstruction.masks.choice import Scored, agreed
 from physagent_studio.reconstruction.masks.draft_score import Draft
-from physagent_studio.reconstruction.masks.ranking import denied, ranked
+from physagent_studio.reconstruction.masks.ranking import Seen, ranked
 from physagent_studio.reconstruction.masks.task import Task, View
-from physagent_studio.reconstruction.masks.thing_map import weighed
 from physagent_studio.reconstruction.photo.regions import (
     BoolArray,
     holding,
@@ -37,11 +36,13 @@ class DraftSettings:
 DRAFTS = DraftSettings()
 
 
-def found_in(view: View, task: Task, maps: Sequence[NDArray[np.float32]]) -> list[Scored]:
+def found_in(
+    view: View, task: Task, maps: Sequence[NDArray[np.float32]], sure: float
+) -> list[Scored]:
     """Up to four masks on a view, best first.
 
     maps: (h, w) of the thing there, first the one that drafts are weighed by, then those of other
-    looks, which are drafts as well.
+    looks, which are drafts as well. sure: how sure the first is, 0 … 1.
     """
     if task.box is None:
         return []
@@ -50,10 +51,7 @@ def found_in(view: View, task: Task, maps: Sequence[NDArray[np.float32]]) -> lis
     drafts += [Draft(mask, "map", "map") for mask in shown]
     drafts = [one for one in drafts if np.count_nonzero(one.mask) >= DRAFTS.min_draft_px]
     drafts = [replace(draft, mask=_without_windows(draft.mask, maps[0])) for draft in drafts]
-    found = weighed(ranked(view.lab, drafts, task, task.box), maps[0])
-    # What a person said is no part of the thing outweighs what the map shows.
-    found = [(draft, max(value - denied(draft.mask, task), 0.0)) for draft, value in found]
-    found.sort(key=lambda scored: -scored[1])
+    found = ranked(view.lab, drafts, task, task.box, Seen(maps[0], sure))
     return agreed(found, view.lab)
 
 

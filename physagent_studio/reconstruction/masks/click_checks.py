@@ -68,7 +68,7 @@ def _on_nothing(name: str, lab: NDArray[np.float32], mask: BoolArray) -> list[Fi
     """A click on bare ground: what it gives has no outline."""
     if np.count_nonzero(mask) < 12:
         return []
-    step, _ = outline_contrast(lab, mask)
+    step = outline_contrast(lab, mask)
     if step >= CLICKS.min_step_lab:
         return []
     text = f"nothing stands out where {name} is clicked; click on it, or draw a box around it"

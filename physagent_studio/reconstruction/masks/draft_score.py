@@ -1,4 +1,4 @@
-"""What a draft mask shows by itself: its outline's contrast, its colours, the clicks it covers."""
+"""What a mask shows by itself: its colours, the clicks it covers, its outline's contrast."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from physagent_studio.reconstruction.photo.regions import (
     bounds,
     grow,
 )
-from physagent_studio.reconstruction.photo.statistics import lengths, median, percentile
+from physagent_studio.reconstruction.photo.statistics import lengths, median
 
 _SQUARE = np.ones((3, 3), np.uint8)
 
@@ -35,14 +35,13 @@ class Draft:
 
 @dataclass(frozen=True, slots=True)
 class Shown:
-    """What a draft shows by itself, each 0 … 1: how far the colours inside are those around, how
+    """What a draft shows by itself, each 0 … 1: how far the colours inside are those around, and
 
-    many clicks it covers, and how clear the weakest fifth of its outline is.
+    how many clicks it covers.
     """
 
     overlap: float
     covered: float
-    weakest: float
 
 
 def shown_by(
@@ -50,11 +49,7 @@ def shown_by(
 ) -> list[Shown]:
     """What each draft shows on a view (h, w, 3), L*a*b* as 0 … 255, with clicks inside."""
     palette = _palette(lab)
-    found = [_local(lab, palette, draft.mask) for draft in drafts]
-    return [
-        Shown(one.overlap, _covered(draft.mask, inside), float(np.tanh(one.weakest / 10)))
-        for draft, one in zip(drafts, found, strict=True)
-    ]
+    return [Shown(_overlap(palette, one.mask), _covered(one.mask, inside)) for one in drafts]
 
 
 def likeness(drafts: Sequence[Draft]) -> FloatArray:
@@ -65,27 +60,16 @@ def likeness(drafts: Sequence[Draft]) -> FloatArray:
     return shared / np.maximum(area[:, None] + area[None] - shared, 1)
 
 
-@dataclass(frozen=True, slots=True)
-class _Local:
-    """weakest: colour step across the outline, 20th percentile. overlap: of the colours inside
-
-    and around, 0 … 1.
-    """
-
-    weakest: float
-    overlap: float
-
-
-def _local(lab: NDArray[np.float32], palette: NDArray, mask: BoolArray) -> _Local:
+def _overlap(palette: NDArray, mask: BoolArray) -> float:
+    """How far the colours inside a mask are those around it, 0 … 1."""
     x0, y0, x1, y1 = bounds(mask)
     crop = (slice(max(0, y0 - 12), y1 + 12), slice(max(0, x0 - 12), x1 + 12))
     own = np.ascontiguousarray(mask[crop])
-    _, weakest = outline_contrast(np.ascontiguousarray(lab[crop]), own)
     area = int(np.count_nonzero(own))
     ring = grow(own, max(3, int(np.sqrt(area) * 0.12))) & ~grow(own, 1)
     inside = np.bincount(palette[crop][own], minlength=2048) / max(area, 1)
     around = np.bincount(palette[crop][ring], minlength=2048) / max(np.count_nonzero(ring), 1)
-    return _Local(weakest, float(np.sqrt(inside * around).sum()))
+    return float(np.sqrt(inside * around).sum())
 
 
 def _palette(lab: NDArray[np.float32]) -> NDArray[np.int64]:
@@ -103,8 +87,8 @@ def _covered(mask: BoolArray, inside: Sequence[Pixel]) -> float:
     return float(np.mean([mask[pixel] for pixel in at]))
 
 
-def outline_contrast(lab: NDArray[np.float32], mask: BoolArray) -> tuple[float, float]:
-    """Median and 20th percentile, along the outline, of the colour step across it."""
+def outline_contrast(lab: NDArray[np.float32], mask: BoolArray) -> float:
+    """The median, along the outline, of the colour step across it."""
     solid = mask.astype(np.uint8)
     inner = mask & ~cv2.erode(solid, _SQUARE, iterations=3).astype(bool)
     core = cv2.erode(solid, _SQUARE).astype(bool)
@@ -113,17 +97,16 @@ def outline_contrast(lab: NDArray[np.float32], mask: BoolArray) -> tuple[float, 
     outer = cv2.dilate(solid, _SQUARE, iterations=4).astype(bool)
     outer &= ~cv2.dilate(solid, _SQUARE).astype(bool)
     if np.count_nonzero(inner) < 8 or np.count_nonzero(outer) < 8:
-        return 0.0, 0.0
+        return 0.0
     within, beyond = (_sums_about(lab, region) for region in (inner, outer))
     rim = mask & ~core
     rim[:2] = rim[-2:] = False
     rim[:, :2] = rim[:, -2:] = False
     rim &= (within[1] > 0) & (beyond[1] > 0)
     if np.count_nonzero(rim) < 8:
-        return 0.0, 0.0
+        return 0.0
     inside, outside = (total[rim] / count[rim][:, None] for total, count in (within, beyond))
-    step = np.sort(lengths(inside - outside))
-    return median(step), percentile(step, 20)
+    return median(np.sort(lengths(inside - outside)))
 
 
 def _sums_about(lab: NDArray[np.float32], region: BoolArray) -> tuple[NDArray, NDArray]:

@@ -1,4 +1,4 @@
-"""Which drafts lead: what each shows by itself and how it lies in its box."""
+"""Which drafts lead: what each shows by itself, and whether a network shows the same."""
 
 from __future__ import annotations
 
@@ -9,37 +9,59 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from physagent_studio.reconstruction.masks.choice import Scored
 from physagent_studio.reconstruction.masks.draft_score import Draft, shown_by
 from physagent_studio.reconstruction.masks.task import Task
-from physagent_studio.reconstruction.photo.regions import BoolArray, bounds
+from physagent_studio.reconstruction.masks.thing_map import soft_iou
+from physagent_studio.reconstruction.photo.regions import BoolArray
 
 Box = tuple[float, float, float, float]
 
 
 @dataclass(frozen=True, slots=True)
 class RankingSettings:
-    """What clicks outside cost a draft."""
+    """What a draft gains and loses by what is seen of it; the first four make up a score."""
 
-    denied_loss: float = 0.5  # score, 0.1..1: of a draft that covers all of them
+    start: float = 0.1  # score, 0..0.5: of a draft that shows nothing at all
+    # weight, 0..1: of colours inside that are around as well, against it
+    overlap_weight: float = 0.5
+    area_weight: float = 0.4  # weight, 0..1: of the box's area that it takes
+    # weight, 0..2: of its IoU with the network's map, times how sure the map is
+    map_weight: float = 0.65
+    denied_loss: float = 0.5  # score, 0.1..1: of a draft that covers all clicks outside
     spot_px: int = 8  # 2..20: of the view, about a click: a person points no better
 
 
 RANKING = RankingSettings()
 
 
-def ranked(
-    lab: NDArray[np.float32], drafts: Sequence[Draft], task: Task, box: Box
-) -> list[tuple[Draft, float]]:
-    """Drafts in a box with their estimated IoU, from what each shows by itself, best first.
+@dataclass(frozen=True, eq=False, slots=True)
+class Seen:
+    """What a network shows of the thing: chance (h, w), and how sure it is of that, 0 … 1."""
 
-    Four weights, regressed on the reference outlines of 14 photographs and rounded; with each
-    photograph left out in turn, drafts of .85 in the mean and .935 in the median are chosen.
+    chance: NDArray[np.float32]
+    sure: float
+
+
+def ranked(
+    lab: NDArray[np.float32], drafts: Sequence[Draft], task: Task, box: Box, seen: Seen
+) -> list[Scored]:
+    """Drafts in a box with their scores, best first.
+
+    From the colours that each parts, how much of the box it takes, and how far the network's map
+    shows the same, as far as that is sure of itself: of things that the network has seen nothing
+    like, colours say more. Three weights, fitted on 136 cut-outs of photographs before other
+    photographs, 27 things of the known photographs and 45 of generated pictures.
     """
     area = max((box[2] - box[0]) * (box[3] - box[1]), 1.0)
-    graded: list[tuple[Draft, float]] = []
+    graded: list[Scored] = []
     for draft, own in zip(drafts, shown_by(drafts, lab, task.inside), strict=True):
-        value = 0.2 + 0.2 * fills(draft.mask, box) + 0.3 * own.weakest - 0.35 * own.overlap
-        value += 0.5 * min(np.count_nonzero(draft.mask) / area, 1.0)
+        value = (
+            RANKING.start
+            - RANKING.overlap_weight * own.overlap
+            + RANKING.area_weight * min(np.count_nonzero(draft.mask) / area, 1.0)
+            + RANKING.map_weight * seen.sure * soft_iou(draft.mask, seen.chance)
+        )
         value = value * own.covered - denied(draft.mask, task)
         graded.append((draft, float(np.clip(value, 0.0, 1.0))))
     return sorted(graded, key=lambda scored: -scored[1])
@@ -57,13 +79,3 @@ def denied(mask: BoolArray, task: Task) -> float:
         spot = cv2.circle(np.zeros(mask.shape, np.uint8), (int(x), int(y)), RANKING.spot_px, 1, -1)
         shares.append(float(mask[spot.astype(bool)].mean()) if spot.any() else 0.0)
     return RANKING.denied_loss * float(np.mean(shares))
-
-
-def fills(mask: BoolArray, box: Box) -> float:
-    """How well a mask reaches all four sides of a box, 0 … 1."""
-    x0, y0, x1, y1 = bounds(mask)
-    width, height = max(box[2] - box[0], 1.0), max(box[3] - box[1], 1.0)
-    # Boxes are drawn a little wide: a gap of a twentieth on each side is none.
-    gaps = np.array([(x0 - box[0]), (box[2] - x1)]) / width
-    gaps = np.append(gaps, np.array([(y0 - box[1]), (box[3] - y1)]) / height)
-    return float(np.prod(1 - np.clip(np.maximum(gaps - 0.06, 0), 0, 1)))

@@ -32,6 +32,7 @@ from physagent_studio.reconstruction.masks.task import (
 from physagent_studio.reconstruction.masks.thing_map import (
     FloatArray,
     ThingMap,
+    expected_iou,
     extent_of,
     seen_in,
     thing_map,
@@ -183,8 +184,8 @@ class EmbeddedSegmenter:
         view = view_of(image, part_around(box, image.shape), self.side)
         task = task_of(grounding.model_copy(update={"box": box}), view)
         maps = [seen_in(one, view, image.shape) for one in (seen.chance, *seen.looks)]
-        found = found_in(view, task, maps)
-        return [((draft, value * seen.agreement), view) for draft, value in found]
+        found = found_in(view, task, maps, seen.agreement * expected_iou(seen.chance))
+        return [(one, view) for one in found]
 
 
 def apart(groundings: Sequence[tuple[str, Grounding]]) -> list[tuple[str, Grounding]]:

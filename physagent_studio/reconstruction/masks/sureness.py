@@ -19,7 +19,6 @@ from numpy.typing import NDArray
 from physagent_studio.knowledge.things import usual_size
 from physagent_studio.program.scene.state import Grounding
 from physagent_studio.reconstruction.masks.draft_score import outline_contrast
-from physagent_studio.reconstruction.masks.ranking import fills
 from physagent_studio.reconstruction.masks.task import view_of
 from physagent_studio.reconstruction.masks.thing_map import expected_iou, soft_iou, thing_map
 from physagent_studio.reconstruction.photo.regions import (
@@ -208,7 +207,7 @@ def _outline(image: Image, mask: BoolArray) -> Features:
     small = cv2.resize(own, size, interpolation=cv2.INTER_AREA).astype(bool)
     if not small.any():
         return {"contrast": 0.0, "colours go on": 1.0, "mixed": 0.0}
-    middle, _ = outline_contrast(view.lab, small)
+    middle = outline_contrast(view.lab, small)
     inside, ring = _palettes(view.lab, small)
     return {
         "contrast": float(np.tanh(middle / 25)),
@@ -260,6 +259,16 @@ def _marks(mask: BoolArray, grounding: Grounding) -> Features:
     if grounding.box is not None:
         left, top, right, bottom = grounding.box
         room = max((right - left) * (bottom - top), 1.0)
-        out["fills box"] = fills(mask, grounding.box)
+        out["fills box"] = _fills(mask, grounding.box)
         out["share of box"] = min(np.count_nonzero(mask) / room, 1.0)
     return out
+
+
+def _fills(mask: BoolArray, box: tuple[float, float, float, float]) -> float:
+    """How well a mask reaches all four sides of a box, 0 … 1."""
+    x0, y0, x1, y1 = bounds(mask)
+    width, height = max(box[2] - box[0], 1.0), max(box[3] - box[1], 1.0)
+    # Boxes are drawn a little wide: a gap of a twentieth on each side is none.
+    gaps = np.array([(x0 - box[0]), (box[2] - x1)]) / width
+    gaps = np.append(gaps, np.array([(y0 - box[1]), (box[3] - y1)]) / height)
+    return float(np.prod(1 - np.clip(np.maximum(gaps - 0.06, 0), 0, 1)))

@@ -21,7 +21,6 @@ from numpy.typing import NDArray
 from physagent_studio.assets import assets_dir
 from physagent_studio.program.scene.state import Grounding
 from physagent_studio.reconstruction.learned.network import Network
-from physagent_studio.reconstruction.masks.choice import Scored
 from physagent_studio.reconstruction.masks.task import View
 from physagent_studio.reconstruction.photo.regions import BoolArray, bounds
 from physagent_studio.records.case import Image
@@ -55,7 +54,6 @@ class MapSettings:
     before_weight: float = 1e-3
     min_spread_factor: float = 1.2  # 1..3: as wide as the clicks are apart a square has to be
     wider_ratio: float = 0.02  # 0..0.1: on each side, what is taken for a box is wider than found
-    map_share: float = 0.4  # 0..1: of a draft's score, by its IoU with the map
     min_square_px: float = 24.0  # 8..64: of the picture: smaller ones show nothing more
 
 
@@ -160,17 +158,6 @@ def seen_in(chance: FloatArray, view: View, shape: tuple[int, ...]) -> FloatArra
     scale = np.array([[columns / (x1 - x0), 0, 0], [0, rows / (y1 - y0), 0]], np.float32)
     scale[:, 2] = -scale[0, 0] * x0, -scale[1, 1] * y0
     return np.asarray(cv2.warpAffine(chance, scale, (columns, rows)), np.float32)
-
-
-def weighed(
-    drafts: Sequence[Scored], chance: FloatArray, share: float = MAP.map_share
-) -> list[Scored]:
-    """Drafts, best first, each by its own score and by its IoU with the map (h, w)."""
-    again = [
-        (draft, (1 - share) * value + share * soft_iou(draft.mask, chance))
-        for draft, value in drafts
-    ]
-    return sorted(again, key=lambda scored: -scored[1])
 
 
 def soft_iou(one: BoolArray | FloatArray, other: FloatArray) -> float:

@@ -22,13 +22,3 @@ def median(ordered: NDArray[Any]) -> float:
     """The median of values (N,) in ascending order, as `np.median` gives it."""
     half, odd = divmod(len(ordered), 2)
     return float(ordered[half] if odd else (ordered[half - 1] + ordered[half]) / 2)
-
-
-def percentile(ordered: NDArray[Any], percent: float) -> float:
-    """A percentile of floats (N,) in ascending order, as `np.percentile` gives it."""
-    at = (len(ordered) - 1) * (percent / 100)
-    low = int(at)
-    part = at - low
-    one, other = ordered[low], ordered[min(low + 1, len(ordered) - 1)]
-    step = other - one
-    return float(one + step * part if part < 0.5 else other - step * (1 - part))

@@ -154,12 +154,12 @@ def test_the_shadow_is_offered_apart():
     assert any(m[shade].mean() > 0.9 and m[own].mean() > 0.9 for m in masks)
 
 
-def test_a_large_photo_gives_the_same_mask(picture):
+def test_a_large_photo_gives_the_mask_of_a_small_one(picture):
     large = cv2.resize(picture, None, fx=8, fy=8, interpolation=cv2.INTER_CUBIC).astype(np.uint8)
-    masks = []
     for image, by in ((picture, 1), (large, 8)):
         said = [("red", Grounding(points=(Click(x=60.0 * by, y=80.0 * by),)))]
         mask = EmbeddedSegmenter().segment(image, said)["red"][0].mask
-        masks.append(cv2.resize(mask.astype(np.uint8), SHAPE[::-1]).astype(bool))
-    small, shrunk = masks
-    assert (small & shrunk).sum() / (small | shrunk).sum() > 0.95
+        shrunk = cv2.resize(mask.astype(np.uint8), SHAPE[::-1]).astype(bool)
+        own = square(30, 90)
+        # Within the pixel over which the picture is blurred.
+        assert (own & shrunk).sum() / (own | shrunk).sum() > 0.93

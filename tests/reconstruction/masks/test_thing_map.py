@@ -6,8 +6,9 @@ import pytest
 
 from physagent_studio.program.scene.state import Click, Grounding
 from physagent_studio.reconstruction.masks.draft_score import Draft
+from physagent_studio.reconstruction.masks.ranking import Seen, ranked
 from physagent_studio.reconstruction.masks.segmenter import EmbeddedSegmenter
-from physagent_studio.reconstruction.masks.task import view_of
+from physagent_studio.reconstruction.masks.task import Task, view_of
 from physagent_studio.reconstruction.masks.thing_map import (
     MAP,
     Marks,
@@ -18,9 +19,8 @@ from physagent_studio.reconstruction.masks.thing_map import (
     shown,
     soft_iou,
     thing_map,
-    weighed,
 )
-from physagent_studio.reconstruction.photo.regions import iou
+from physagent_studio.reconstruction.photo.regions import bounds, iou
 
 SIZE = (240, 180)
 
@@ -108,11 +108,16 @@ def test_a_view_of_the_map_is_of_the_same_places() -> None:
     assert iou(seen > 0.5, disc[30:150, 60:180]) > 0.97
 
 
-def test_drafts_that_agree_with_the_map_lead() -> None:
-    _, disc, half = two_colours()
-    drafts = [(Draft(half, "a", "colour"), 0.7), (Draft(disc, "b", "contour"), 0.6)]
-    (first, _), _ = weighed(drafts, disc.astype(np.float32))
-    assert first.method == "b"
+@pytest.mark.parametrize("sure", [1.0, 0.0])
+def test_drafts_that_agree_with_a_sure_map_lead(sure: float) -> None:
+    image, disc, half = two_colours()
+    view = view_of(image, (0, 0, image.shape[1], image.shape[0]), max(image.shape))
+    drafts = [Draft(disc, "box", "colour"), Draft(half, "map", "map")]
+    x0, y0, x1, y1 = bounds(disc)
+    box = (float(x0), float(y0), float(x1), float(y1))
+    seen = Seen(half.astype(np.float32), sure)
+    (first, _), _ = ranked(view.lab, drafts, Task((), (), box), box, seen)
+    assert (first.method == "map") == (sure == 1.0)
 
 
 def test_soft_overlap_is_the_overlap_where_the_map_is_certain() -> None:

@@ -1,7 +1,6 @@
 """What is quick has the bits of what is slow."""
 
 import numpy as np
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
@@ -9,19 +8,16 @@ from hypothesis.extra import numpy as arrays
 from physagent_studio.reconstruction.photo.statistics import (
     lengths,
     median,
-    percentile,
 )
 
 FLOATS = st.floats(-1e4, 1e4, width=32)
 KINDS = st.sampled_from([np.float32, np.float64])
 
 
-@given(KINDS.flatmap(lambda k: arrays.arrays(k, st.integers(1, 80), elements=FLOATS)), st.data())
-def test_median_and_percentiles_are_those_of_numpy(values, data) -> None:
-    percent = data.draw(st.integers(0, 100))
+@given(KINDS.flatmap(lambda k: arrays.arrays(k, st.integers(1, 80), elements=FLOATS)))
+def test_the_median_is_that_of_numpy(values) -> None:
     ordered = np.sort(values)
     assert median(ordered) == float(np.median(values))
-    assert percentile(ordered, percent) == pytest.approx(np.percentile(values, percent), 1e-6, 1e-6)
 
 
 @given(KINDS, st.integers(2, 3), st.integers(0, 60), st.integers(0, 9))

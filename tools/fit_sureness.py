@@ -1,14 +1,18 @@
-"""Fits the weights of `reconstruction.masks.sureness`: python tools/fit_sureness.py ROWS.
+"""Fits the weights of `reconstruction.masks.sureness`: python -m tools.fit_sureness ROWS.
 
 Rows are collected once, seed by seed, into the file ROWS (JSON lines), so that a run can go on
 where it was ended: `--collect 0:120`. Without `--collect` the weights of masks from clicks and from
 boxes are fitted on the seeds below 500 and printed, with their calibration on those from 500 on.
+`--kind cutouts --of THINGS GROUNDS --collect 0:68` takes every second one of the things that
+`tools.cutout_pictures` puts before photographs, and `500:568` the others.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
+import re
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -22,6 +26,7 @@ from physagent_studio.reconstruction.masks.sureness import features
 from physagent_studio.reconstruction.photo.regions import BoolArray, iou
 from physagent_studio.records.case import Image
 from physagent_studio.records.doubts import SURE_FROM
+from tools.cutout_pictures import cutout, things_in
 
 HELD_OUT = 500
 """Seed from which scenes are kept for the calibration."""
@@ -29,14 +34,20 @@ RIDGE = 0.2
 """Penalty on squared weights, in units of one mask's log-likelihood."""
 
 
-KINDS = ("parts", "plain", "stack")
-"""Pictures of many-part things, of things of one colour, and of stacks."""
+KINDS = ("parts", "plain", "stack", "cutouts")
+"""Pictures of many-part things, of things of one colour, of stacks, and real cut-outs."""
 
 
 def pictured(
-    kind: str, seed: int
+    kind: str, seed: int, of: Sequence[Path]
 ) -> tuple[Image, list[tuple[str, BoolArray, Grounding, Grounding]]]:
     """A picture, and each thing in it with its mask (H, W), a click and a box on it."""
+    if kind == "cutouts":
+        things, grounds = things_in(of[0]), sorted(of[1].iterdir())
+        number = 2 * (seed % HELD_OUT) + (seed >= HELD_OUT)
+        one = cutout(things[number], grounds, number)
+        name = re.sub(r"[^a-z]+", " ", one.name.lower()).strip().replace(" ", "_") or "thing"
+        return one.image, [(name, one.mask, *_marked(np.random.default_rng(seed), one.mask))]
     if kind == "parts":
         found = scene(seed)
         return found.image, [(one.name, one.mask, one.click, one.box) for one in found.subjects]
@@ -63,9 +74,9 @@ def _marked(rng: np.random.Generator, mask: BoolArray) -> tuple[Grounding, Groun
     return Grounding(points=(click,)), Grounding(box=box)
 
 
-def rows_of(kind: str, seed: int) -> list[dict[str, object]]:
+def rows_of(kind: str, seed: int, of: Sequence[Path]) -> list[dict[str, object]]:
     """One row for each thing and way of marking it: its features and its IoU."""
-    image, things = pictured(kind, seed)
+    image, things = pictured(kind, seed, of)
     out: list[dict[str, object]] = []
     for way, which in (("click", 2), ("box", 3)):
         said = [(one[0], one[which]) for one in things]
@@ -123,13 +134,14 @@ def main() -> None:
     words = argparse.ArgumentParser(description=__doc__)
     words.add_argument("rows", type=Path)
     words.add_argument("--kind", choices=KINDS, default="parts")
+    words.add_argument("--of", type=Path, nargs=2, default=(), metavar="FOLDER")
     words.add_argument("--collect", help="seeds, FIRST:LAST (exclusive)")
     asked = words.parse_args()
     if asked.collect:
         first, last = (int(part) for part in asked.collect.split(":"))
         with asked.rows.open("a") as file:
             for seed in range(first, last):
-                for row in rows_of(asked.kind, seed):
+                for row in rows_of(asked.kind, seed, asked.of):
                     file.write(json.dumps(row) + "\n")
                 file.flush()
         return

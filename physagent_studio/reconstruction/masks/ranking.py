@@ -22,10 +22,12 @@ Box = tuple[float, float, float, float]
 class RankingSettings:
     """What a draft gains and loses by what is seen of it; the first four make up a score."""
 
-    start: float = 0.1  # score, 0..0.5: of a draft that shows nothing at all
+    start_score: float = 0.1  # score, 0..0.5: what a draft has before anything is seen of it
     # weight, 0..1: of colours inside that are around as well, against it
     overlap_weight: float = 0.5
     area_weight: float = 0.4  # weight, 0..1: of the box's area that it takes
+    # share, 0..1: of the box that counts less for each box that a draft is larger than it
+    beyond_loss: float = 0.3
     # weight, 0..2: of its IoU with the network's map, times how sure the map is
     map_weight: float = 0.65
     denied_loss: float = 0.5  # score, 0.1..1: of a draft that covers all clicks outside
@@ -56,10 +58,13 @@ def ranked(
     area = max((box[2] - box[0]) * (box[3] - box[1]), 1.0)
     graded: list[Scored] = []
     for draft, own in zip(drafts, shown_by(drafts, lab, task.inside), strict=True):
+        taken = np.count_nonzero(draft.mask) / area
+        # What a click's other looks show may reach far beyond the box of the best one.
+        taken = min(taken, 1.0) - RANKING.beyond_loss * max(taken - 1.0, 0.0)
         value = (
-            RANKING.start
+            RANKING.start_score
             - RANKING.overlap_weight * own.overlap
-            + RANKING.area_weight * min(np.count_nonzero(draft.mask) / area, 1.0)
+            + RANKING.area_weight * taken
             + RANKING.map_weight * seen.sure * soft_iou(draft.mask, seen.chance)
         )
         value = value * own.covered - denied(draft.mask, task)

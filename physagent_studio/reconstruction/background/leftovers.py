@@ -76,7 +76,9 @@ def _small(
         for k in touching
         if k and k not in beyond and 4 <= stats[k, cv2.CC_STAT_AREA] <= most
     ]
-    return np.isin(labels, kept) & ~hole
+    # Where more than a little around it has its colours, these tell nothing.
+    found = np.isin(labels, kept) & ~hole
+    return found if np.count_nonzero(found) <= most else np.zeros_like(found)
 
 
 def _bins(lab: Image) -> tuple[NDArray[np.intp], ...]:

@@ -52,6 +52,10 @@ class PrimitiveSettings:
 
     bowl_rings: int = 16  # count, 6..60: between the foot and the rim of a bowl
     named_gain: float = 0.04  # IoU, 0..0.2: of a kind that the name suggests
+    # IoU, 0..0.1: by which a box e times as deep as wide has to fit better, where its name tells
+    # no depth; and e times as deep as its name tells
+    depth_weight: float = 0.006
+    told_depth_weight: float = 0.1  # IoU, 0.01..1: the same
     refined_turns: int = 3  # count, 1..10: beginnings of a turned box that are refined
     # 0.005..0.5: with which the best box is refined again: a simplex may be stuck
     polish_steps: tuple[float, float] = (0.1, 0.04)
@@ -80,7 +84,8 @@ class Base:
     hold: how strongly y is held (0: free along the plane, as seen; 1: y is known). free_z: the
     height is found from the picture instead (an object in the air). below: the box that it
     stands on, if it does: what is stacked lies much the same way. longest: usual length of the
-    thing's longer side, m, and the spread of its logarithm, where that is known.
+    thing's longer side, m, and the spread of its logarithm, where that is known. deep: its usual
+    depth over its width, where that is.
     """
 
     x: float
@@ -90,6 +95,7 @@ class Base:
     free_z: bool = False
     below: Lying | None = None
     longest: tuple[float, float] | None = None
+    deep: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -197,7 +203,7 @@ class _Search:
             value += _unusual(q, self.kind, self.base.longest)
         if self.kind == "box":
             # What the outline leaves open: a depth like the width, and a straight view.
-            value += _unlikely(q, self.base.below)
+            value += _unlikely(q, self.base)
         return value
 
     def loss(self, p: FloatArray) -> float:
@@ -310,13 +316,18 @@ def _unusual(q: FloatArray, kind: str, longest: tuple[float, float]) -> float:
     return 0.02 * max(off - 2.0, 0.0) ** 2
 
 
-def _unlikely(q: FloatArray, below: Lying | None) -> float:
+def _unlikely(q: FloatArray, base: Base) -> float:
     """What a box loses for numbers that its outline leaves open and that are not usual.
 
-    A depth like the width and a straight view; in a stack, the size and the turn of what is below.
+    The depth that its name tells, else one like the width, and a straight view; in a stack, the
+    size and the turn of what is below.
     """
+    below = base.below
     if below is None:
-        return 0.006 * (q[5] - q[3]) ** 2 + 0.003 * abs(math.sin(2 * q[6]))
+        told = base.deep is not None and at_work("usual depths")
+        off = q[5] - q[3] - (math.log(base.deep) if told and base.deep is not None else 0.0)
+        weight = PRIMITIVE.told_depth_weight if told else PRIMITIVE.depth_weight
+        return weight * off**2 + 0.003 * abs(math.sin(2 * q[6]))
     size = (q[3] - math.log(below.width)) ** 2 + (q[5] - math.log(below.depth)) ** 2
     return 0.02 * size + 0.02 * math.sin(q[6] - below.yaw) ** 2
 

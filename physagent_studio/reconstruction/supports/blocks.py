@@ -10,7 +10,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from physagent_studio.knowledge import support_kind
+from physagent_studio.knowledge import kind_of, support_kind
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import Ramp, SceneState
 from physagent_studio.reconstruction.camera.scale import FLOOR
@@ -40,6 +40,8 @@ class BlockSettings:
     # per log, 0..0.3: what a region gains by being larger: parts fit well too
     log_size_weight: float = 0.06
     min_area_share: float = 0.004  # 0.001..0.05: of the picture: smaller regions show no corners
+    # log, 0.5..2: of height over length against the usual one, where its name tells that
+    max_odd_height_log: float = 1.1
     max_cut_share: float = 0.03  # 0..0.2: of the outline on the picture's border
 
 
@@ -82,7 +84,8 @@ def blocks_of(
         if best is not None:
             # What stands at an edge is seen a little beyond it.
             feet = [(one.foot, 0.25 * one.width) for one in standing.get(support.name, ())]
-            best = best if all(best[0].carries(camera, *one) for one in feet) else None
+            whole = all(best[0].carries(camera, *one) for one in feet)
+            best = best if whole and _is_as_high(support.name, best[0]) else None
         if best is not None and (rival is None or best[1] > rival + BLOCK.min_gain):
             found[support.name] = best[0]
     return found
@@ -127,6 +130,18 @@ def _marked_ramps(unit: Camera, state: SceneState) -> dict[str, Block]:
         size = (ramp.run, ramp.width, ramp.rise)
         found[support.name] = Block(x, y, size, ramp.yaw, "wedge")
     return found
+
+
+def _is_as_high(name: str, block: Block) -> bool:
+    """Whether a block is about as high for its length as its name says; a table is no kerb.
+
+    What reaches the floor as one body comes in all heights.
+    """
+    kind = kind_of(name)
+    if kind is None or kind.top is None or kind.size is None or kind.base == "solid":
+        return True
+    usual, seen = kind.top / kind.size[0], block.size[2] / max(block.size[:2])
+    return abs(math.log(seen / usual)) <= BLOCK.max_odd_height_log
 
 
 _KINDS: dict[str, Kind] = {"slab": "box", "ramp": "wedge"}

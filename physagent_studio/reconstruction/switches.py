@@ -58,6 +58,8 @@ BODIES = {
     "outline carving": "what projects beside the mask of a body laid out deep is not drawn",
     "light off": "light is read off round things and taken out of their textures",
     "gloss off": "gloss too",
+    "rim shade": "shade at a ball's rim is light, not its colour",
+    "usual depths": "boxes are as deep as their name tells",
     "round bodies": "the sides of a cube around a ball show the first one again",
     "things once": "what is there once is not repeated",
     "turned sides": "what is not seen of a ring shows what is seen of it",

@@ -25,13 +25,15 @@ class Shading:
     thing to the camera, world: normals are told about that side alone. built: wxyz R_world_body as
     the photo shows it. gloss: (K, K) uint8, the share of white in the colours, in 255ths, by the
     normal as seen from `towards`, its right and its up from −1 to 1 (the first row is up); None
-    for none.
+    for none. shade: (K, K) uint8, the same of the brightness that is left where the ground or what
+    stands by keeps light off.
     """
 
     terms: tuple[tuple[float, ...], ...]
     towards: tuple[float, float, float]
     built: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 0.0)
     gloss: NDArray[np.uint8] | None = None
+    shade: NDArray[np.uint8] | None = None
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -54,20 +54,27 @@ def light_at(shading: Shading, normals: FloatArray) -> FloatArray:
     log = terms_of(known) @ np.asarray(shading.terms, float).T
     tone = log.mean(1, keepdims=True)
     hue = np.clip(log - tone, -HUES, HUES)
-    return np.exp(np.clip(tone, math.log(LOWEST), math.log(HIGHEST)) + hue)
+    light = np.exp(np.clip(tone, math.log(LOWEST), math.log(HIGHEST)) + hue)
+    if shading.shade is None:
+        return light
+    return light * _by_normal(shading.shade, shading.towards, known)[:, None]
 
 
 def gloss_at(shading: Shading, normals: FloatArray) -> FloatArray:
     """The share of white (N,) that gloss adds at unit normals (N, 3), world, 0 … 1."""
     if shading.gloss is None:
         return np.zeros(len(normals))
-    towards = np.asarray(shading.towards, float)
-    frame = gloss_frame(towards)
-    flat = normals @ frame.T
-    across = len(shading.gloss)
-    where = (flat * (1, -1) + 1) / 2 * across - 0.5
-    added = bilinear(shading.gloss, where).astype(np.float64) / 255
-    return np.where(normals @ towards > 0, added, 0.0)
+    added = _by_normal(shading.gloss, shading.towards, normals)
+    return np.where(normals @ np.asarray(shading.towards, float) > 0, added, 0.0)
+
+
+def _by_normal(
+    picture: NDArray[np.uint8], towards: tuple[float, float, float], normals: FloatArray
+) -> FloatArray:
+    """What a picture (K, K) by the normal has (N,), 0 … 1, at unit normals (N, 3), world."""
+    flat = normals @ gloss_frame(np.asarray(towards, float)).T
+    where = (flat * (1, -1) + 1) / 2 * len(picture) - 0.5
+    return bilinear(picture, where).astype(np.float64) / 255
 
 
 def gloss_frame(towards: FloatArray) -> FloatArray:

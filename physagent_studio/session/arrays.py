@@ -177,6 +177,8 @@ def _mesh_arrays(key: str, mesh: Mesh) -> dict[str, NDArray[Any]]:
         arrays[f"{key}/texture"] = np.frombuffer(png(mesh.texture), np.uint8)
     if mesh.shading is not None and mesh.shading.gloss is not None:
         arrays[f"{key}/gloss"] = mesh.shading.gloss
+    if mesh.shading is not None and mesh.shading.shade is not None:
+        arrays[f"{key}/shade"] = mesh.shading.shade
     if mesh.solid is not None:
         arrays[f"{key}/solid_vertices"], arrays[f"{key}/solid_faces"] = mesh.solid
     return arrays
@@ -208,7 +210,9 @@ def _shading(arrays: dict[str, NDArray[Any]], key: str, stored: list[Any] | None
         return None
     terms, (x, y, z), (w, i, j, k) = stored
     rows = tuple(tuple(row) for row in terms)
-    return Shading(rows, (x, y, z), (w, i, j, k), arrays.get(f"{key}/gloss"))
+    return Shading(
+        rows, (x, y, z), (w, i, j, k), arrays.get(f"{key}/gloss"), arrays.get(f"{key}/shade")
+    )
 
 
 def case_json(case: Case) -> dict[str, Any]:

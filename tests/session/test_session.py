@@ -110,6 +110,7 @@ def test_scenes_survive_the_round_trip(tmp_path: Path) -> None:
             towards=(0.0, -0.6, 0.8),
             built=(0.6, 0.8, 0.0, 0.0),
             gloss=np.arange(256, dtype=np.uint8).reshape(16, 16),
+            shade=np.arange(64, dtype=np.uint8).reshape(8, 8),
         ),
         solid=(2 * np.eye(3), np.array([[2, 1, 0]], np.int32)),
     )
@@ -153,6 +154,9 @@ def test_scenes_survive_the_round_trip(tmp_path: Path) -> None:
     assert light.gloss is not None
     assert given.gloss is not None
     assert np.array_equal(light.gloss, given.gloss)
+    assert light.shade is not None
+    assert given.shade is not None
+    assert np.array_equal(light.shade, given.shade)
     assert back.plate is not None
     assert case.image is not None
     assert np.array_equal(back.plate, case.image)

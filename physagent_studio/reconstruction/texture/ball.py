@@ -32,6 +32,8 @@ class BallSettings:
     max_off_ratio: float = 0.05  # 0.01..0.2: over the radius: what has stems is no ball
     # 40..85: from the view: the photo itself within the first, not beyond the second
     shown_deg: tuple[float, float] = (60.0, 70.0)
+    # 30..80: the same where the light is off it: what is left of shade at its rim would roll along
+    unlit_shown_deg: tuple[float, float] = (45.0, 60.0)
     # exponent, 2..20: how narrow the zones are in which sides pass into one another
     zone_power: int = 8
     # 1..2: over the middle's distance: half the extent of a side's picture
@@ -77,7 +79,7 @@ class Ball:
     (3, 3) from the unit sphere to the ellipsoid, world. photo, origin: the crop, and its corner in
     the photo. light: (6, 3) see `terms_of`, log. mean: (3,) of it. least, most: (3,) darkest and
     brightest detail, log. strange: from what detail on something is there once, log. detail:
-    (K, K, 3) of the first side, see `_usual`.
+    (K, K, 3) of the first side, see `_usual`. shown: as `shown_deg`.
     """
 
     frame: FloatArray
@@ -90,6 +92,7 @@ class Ball:
     mean: FloatArray
     least: FloatArray
     most: FloatArray
+    shown: tuple[float, float] = BALL.shown_deg
     strange: float = math.inf
     patterned: bool = False
     detail: FloatImage = field(default_factory=lambda: np.zeros((2, 2, 3), np.float32))
@@ -101,6 +104,7 @@ class Ball:
         item: SceneObject,
         radii: FloatArray,
         crop: tuple[Image, tuple[int, int]],
+        shown: tuple[float, float],
     ) -> Self:
         """Without any light on it yet."""
         place = np.asarray(item.position, float)
@@ -113,7 +117,7 @@ class Ball:
         frame = np.stack([across, np.cross(view, across), view], 1)
         dull = np.zeros((6, 3)), np.zeros(3), np.full(3, -np.inf), np.full(3, np.inf)
         where = crop[0], np.array(crop[1], float)
-        return cls(frame, stretch, place, camera, *where, *dull)
+        return cls(frame, stretch, place, camera, *where, *dull, shown)
 
     def pixels(self, ways: FloatArray) -> FloatArray:
         """Where in the crop (N, 2) directions (N, 3) of the first side are seen."""
@@ -125,9 +129,7 @@ class Ball:
         angle = np.degrees(np.arccos(np.clip(ways[:, 2], -1, 1)))
         if self.patterned:
             return self._photographed(_led_inward(ways))
-        first = np.clip(
-            (BALL.shown_deg[1] - angle) / (BALL.shown_deg[1] - BALL.shown_deg[0]), 0, 1
-        )[:, None]
+        first = np.clip((self.shown[1] - angle) / (self.shown[1] - self.shown[0]), 0, 1)[:, None]
         detail, total = np.zeros((len(ways), 3)), np.zeros((len(ways), 1))
         for fold in FOLDS:
             own = ways @ fold.T

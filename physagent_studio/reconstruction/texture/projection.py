@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 from physagent_studio.arrays import FloatArray
 from physagent_studio.program.rotations import matrix_of
 from physagent_studio.program.scene.camera import Camera
-from physagent_studio.program.scene.state import Inflated, SceneObject
+from physagent_studio.program.scene.state import Ellipsoid, Inflated, SceneObject, Sphere
 from physagent_studio.reconstruction.photo.regions import BoolArray, bounds, shrink
+from physagent_studio.reconstruction.switches import at_work
 from physagent_studio.reconstruction.texture.block_sides import opposite_sides
 from physagent_studio.reconstruction.texture.hidden_sides import covered_painted
 from physagent_studio.reconstruction.texture.inward import (
@@ -25,6 +26,7 @@ from physagent_studio.reconstruction.texture.inward import (
 )
 from physagent_studio.reconstruction.texture.lighting import unlit
 from physagent_studio.reconstruction.texture.revolved import Around, around
+from physagent_studio.reconstruction.texture.rim_shade import with_rim_shade
 from physagent_studio.reconstruction.texture.round_bodies import round_textured
 from physagent_studio.reconstruction.texture.straight_sides import carried_back
 from physagent_studio.reconstruction.texture.turned_prisms import opposite_parts
@@ -76,7 +78,10 @@ def textured(photo: Image, mask: BoolArray, camera: Camera, item: SceneObject, m
     if plain is None:
         return replace(_painted(photo, mask, camera, item, mesh, lit=True), color=color)
     painted = _painted(plain[0], mask, camera, item, mesh, lit=False)
-    return replace(painted, color=color, shading=plain[1])
+    painted = replace(painted, color=color, shading=plain[1])
+    if isinstance(item.shape, Sphere | Ellipsoid) and at_work("rim shade"):
+        return with_rim_shade(photo, mask, camera, item, painted)
+    return painted
 
 
 def _painted(
@@ -85,7 +90,7 @@ def _painted(
     """The mesh with that picture (H, W, 3) on it, which may have its light; see `textured`."""
     texture, origin = padded_crop(photo, mask)
     texture = covered_painted(photo, mask, camera, item, (texture, origin))
-    whole = round_textured(camera, item, mesh, mask, (texture, origin))
+    whole = round_textured(camera, item, mesh, mask, (texture, origin), lit)
     if whole is not None:
         return whole
     turned = around(camera, item, mesh, mask, (texture, origin), lit)

@@ -35,18 +35,20 @@ def round_textured(
     mesh: Mesh,
     mask: BoolArray,
     crop: tuple[Image, tuple[int, int]],
+    lit: bool = True,
 ) -> Mesh | None:
     """The mesh of a ball or an ellipsoid with the photo on all its sides.
 
     None for others. crop: the photo around the thing (h, w, 3) and its top left corner (x, y) in
-    the photo.
+    the photo. lit: whether its light is on it.
     """
     radii = radii_of(item) if at_work("round bodies") else None
     if radii is None:
         return None
     away = np.linalg.norm(mesh.vertices / radii, axis=1)
     beside = away - 1 > BALL.max_off_ratio
-    ball = Ball.of(camera, item, radii, crop).lit(mask)
+    shown = BALL.shown_deg if lit or not at_work("rim shade") else BALL.unlit_shown_deg
+    ball = Ball.of(camera, item, radii, crop, shown).lit(mask)
     if beside.any() and ball.strange > BALL.many_colours_log:
         # A body of several colours with a handle on it: its front says little of its other sides.
         return None

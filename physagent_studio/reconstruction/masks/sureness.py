@@ -84,6 +84,8 @@ class SurenessSettings:
     look_margin_ratio: float = 0.6  # 0.2..1.5: of its longer side, what that piece shows around it
     # score, 0.02..0.5: by which a candidate is e times as likely as another, as in the choice
     likelier_by: float = 0.1
+    # share, 0.2..0.8: of a box reached on its four sides, below which a mask is a part the surer
+    least_fill_share: float = 0.5
     other_reading_ratio: float = 0.8  # 0.5..0.95: IoU below which a candidate is another reading
 
 
@@ -142,7 +144,9 @@ def probability(
     weights = CLICK_WEIGHTS if grounding.box is None else BOX_WEIGHTS
     found = features(image, mask, offers, grounding, name)
     value = sum(weight * found[key] for key, weight in weights.items())
-    return float(1.0 / (1.0 + np.exp(-np.clip(value, -12.0, 12.0))))
+    sure = float(1.0 / (1.0 + np.exp(-np.clip(value, -12.0, 12.0))))
+    # A part of a thing may look whole by itself; the box says where the thing ends.
+    return sure * min(1.0, found.get("fills box", 1.0) / SURENESS.least_fill_share)
 
 
 def features(

@@ -51,17 +51,18 @@ def darkness_of_texture(mesh) -> float:
 
 def test_the_crescent_is_in_the_light_and_not_in_the_texture():
     image, mask, camera, item = ball_on_dark_ground()
-    mesh = textured(image, mask, camera, item, mesh_of(item.shape))
+    mesh = textured(image, mask, camera, item, mesh_of(Sphere(radius=RADIUS)))
     assert mesh.shading is not None
     assert mesh.shading.shade is not None
     with without(["rim shade"]):
-        before = textured(image, mask, camera, item, mesh_of(item.shape))
+        before = textured(image, mask, camera, item, mesh_of(Sphere(radius=RADIUS)))
     assert darkness_of_texture(mesh) < 0.7 * darkness_of_texture(before)
 
 
 def test_shade_is_by_the_direction_in_which_the_surface_faces():
     image, mask, camera, item = ball_on_dark_ground()
-    mesh = textured(image, mask, camera, item, mesh_of(item.shape))
+    mesh = textured(image, mask, camera, item, mesh_of(Sphere(radius=RADIUS)))
+    assert mesh.shading is not None
     grey = np.full((2, 3), 200.0)
     foot = np.array([[0.0, -0.35, -0.94], [0.0, -0.9, 0.44]])
     below, front = lit(mesh.shading, grey, foot / np.linalg.norm(foot, axis=1)[:, None]).mean(1)

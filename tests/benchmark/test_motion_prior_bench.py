@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import cv2
 import numpy as np
+import pytest
 
 from physagent_studio.benchmark.hostile import _files, refusal
 from physagent_studio.benchmark.motion_prior.bench import _frames, _truth, against_truth, occlusions
@@ -29,6 +30,7 @@ def test_truth_tells_a_wrong_flow_from_a_right_one():
     assert np.abs(grey[0].astype(int) - grey[1])[inner].mean() > 1
 
 
+@pytest.mark.slow
 def test_hostile_files_of_every_kind_are_refused_in_a_sentence():
     kinds = set()
     for name, data, reader in _files():

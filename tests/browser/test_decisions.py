@@ -144,6 +144,10 @@ def test_an_override_takes_clicks_and_only_what_can_be(waiting: Desk) -> None:
     value = mine.get_by_label("New value").first
     value.fill("much")
     expect(value).to_have_class("wrong")
+    # The panel is drawn anew; what was typed stays, and stays marked.
+    mine.get_by_role("button", name="Another number").click()
+    expect(mine.get_by_label("New value")).to_have_count(2)
+    expect(value).to_have_class("wrong")
     value.fill("-1e99")
     waiting.button("Use mine instead").click()
     expect(waiting.page.get_by_role("alert").first).to_be_visible()

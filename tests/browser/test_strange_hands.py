@@ -186,6 +186,7 @@ def test_a_thing_is_sent_this_way_by_an_arrow(waiting: Desk) -> None:
     assert told["azimuth"] < 0
 
 
+@pytest.mark.slow
 def test_a_thing_hangs_by_a_click_and_its_ground_line_is_dragged(waiting: Desk) -> None:
     page = waiting.page
     waiting.proposal()

@@ -143,6 +143,7 @@ def test_slow_motion_is_chosen_by_keyboard_is_one_step_and_stays(waiting: Desk) 
     assert waiting.snapshot.state.pinned == ()
 
 
+@pytest.mark.slow
 def test_undo_and_redo_ten_steps_back_to_the_same_program(waiting: Desk) -> None:
     page = waiting.page
     bar = _bar(waiting)

@@ -74,6 +74,8 @@ function patch(old, next) {
     return;
   }
   const server = old.dataset && old.dataset.server;
+  // What is typed and cannot be used stays marked as long as it stands there.
+  const wrong = server !== undefined && old.classList.contains("wrong") && (server === next.dataset.server || document.activeElement === old);
   for (const { name } of [...old.attributes]) if (!next.hasAttribute(name)) old.removeAttribute(name);
   for (const { name, value } of next.attributes) if (old.getAttribute(name) !== value) old.setAttribute(name, value);
   for (const name of ["onclick", "oninput", "onchange", "onkeydown", "onkeyup", "onpointerdown", "onpointermove", "onpointerup", "onpointercancel", "onpointerleave", "onpointerenter", "onblur", "onfocus", "onscroll", "ondblclick", "oncontextmenu", "onsubmit", "onload", "onerror", "ondragover", "ondragleave", "ondrop"]) {
@@ -84,6 +86,7 @@ function patch(old, next) {
   if (next.dataset && next.dataset.server !== undefined && server !== next.dataset.server) {
     if (document.activeElement !== old || old.nodeName === "SELECT") old.value = next.value;
   }
+  if (wrong) old.classList.add("wrong");
   if (old.nodeName !== "TEXTAREA" && old.nodeName !== "SELECT") children(old, next);
 }
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
 import yaml
 
 from physagent_studio.agent.rules import RuleGenerator
@@ -22,6 +23,7 @@ READ = 0.75
 """Share of the demands that have to be found."""
 
 
+@pytest.mark.slow
 def test_most_of_what_a_person_insists_on_is_demanded() -> None:
     asked = found = 0
     for place, rows in SENTENCES.items():

@@ -134,6 +134,7 @@ def test_compiling_twice_changes_nothing():
         ("stack", "The top box is pushed to the left and falls off the stack."),
     ],
 )
+@pytest.mark.slow
 def test_generator_and_planner_say_everything_plainly(stage: str, prompt: str):
     """The loop over plain vectors, from the first program through whatever it repairs."""
     case, kept = STAGES[stage].case(prompt), {}

@@ -37,6 +37,7 @@ def _told_apart(seed: int) -> list[float]:
     return [iou(masks[name], drawn.masks[name]) for name in masks]
 
 
+@pytest.mark.slow
 def test_books_in_a_stack_are_told_apart_by_one_click_each() -> None:
     assert min(_told_apart(1)) > 0.85
     assert np.mean([one for seed in range(1, 7) for one in _told_apart(seed)]) > 0.9

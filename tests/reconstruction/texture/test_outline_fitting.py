@@ -220,7 +220,7 @@ def test_shade_at_the_foot_of_a_ball_is_none_of_it() -> None:
     assert np.array_equal(without_spill(box), box)
 
 
-@pytest.mark.parametrize("seed", [0, 3])
+@pytest.mark.parametrize("seed", [pytest.param(0, marks=pytest.mark.slow), 3])
 def test_drawn_scenes_cover_their_masks(seed: int) -> None:
     item = scene(seed)
     case = replace(_case(item), name="drawn")

@@ -69,7 +69,9 @@ def with_wheels(
     said: list[str] = []
     for item in layout.state.objects:
         wheels = None
-        if item.wheels is None and item.body.kind == "rigid" and layout.has(item.name):
+        kind = kind_of(item.name)
+        rolls = kind is not None and kind.wheels is not None
+        if rolls and item.wheels is None and item.body.kind == "rigid" and layout.has(item.name):
             axis = _seen_axis(item.name, layout, masks.get(item.name))
             wheels, words = _wheels(item, layout, by_name.get(item.name), axis)
             said += words

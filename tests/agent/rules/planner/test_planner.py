@@ -216,6 +216,7 @@ def test_what_something_else_shall_knock_over_is_not_tipped_by_an_unseen_hand(
     assert not outcome(situation, proposal)
 
 
+@pytest.mark.slow
 def test_what_shall_be_hit_is_not_pushed_either() -> None:
     prompt = "The bowling ball hits the left pin, and the left pin touches the middle pin."
     situation = situation_of("lane", prompt)

@@ -58,6 +58,7 @@ BODIES = {
     "outline carving": "what projects beside the mask of a body laid out deep is not drawn",
     "light off": "light is read off round things and taken out of their textures",
     "gloss off": "gloss too",
+    "plain balls": "what changes slowly over a ball of one colour is light",
     "rim shade": "shade at a ball's rim is light, not its colour",
     "usual depths": "boxes are as deep as their name tells",
     "round bodies": "the sides of a cube around a ball show the first one again",

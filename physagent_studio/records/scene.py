@@ -25,8 +25,8 @@ class Shading:
     thing to the camera, world: normals are told about that side alone. built: wxyz R_world_body as
     the photo shows it. gloss: (K, K) uint8, the share of white in the colours, in 255ths, by the
     normal as seen from `towards`, its right and its up from −1 to 1 (the first row is up); None
-    for none. shade: (K, K) uint8, the same of the brightness that is left where the ground or what
-    stands by keeps light off.
+    for none. shade: (K, K) or, by colour, (K, K, 3) uint8, the same of the brightness that is left
+    where the ground or what stands by keeps light off.
     """
 
     terms: tuple[tuple[float, ...], ...]

@@ -57,7 +57,8 @@ def light_at(shading: Shading, normals: FloatArray) -> FloatArray:
     light = np.exp(np.clip(tone, math.log(LOWEST), math.log(HIGHEST)) + hue)
     if shading.shade is None:
         return light
-    return light * _by_normal(shading.shade, shading.towards, known)[:, None]
+    left = _by_normal(shading.shade, shading.towards, known)
+    return light * (left if left.ndim == 2 else left[:, None])
 
 
 def gloss_at(shading: Shading, normals: FloatArray) -> FloatArray:
@@ -71,7 +72,7 @@ def gloss_at(shading: Shading, normals: FloatArray) -> FloatArray:
 def _by_normal(
     picture: NDArray[np.uint8], towards: tuple[float, float, float], normals: FloatArray
 ) -> FloatArray:
-    """What a picture (K, K) by the normal has (N,), 0 … 1, at unit normals (N, 3), world."""
+    """What a picture (K, K[, C]) by the normal has (N[, C]), 0 … 1, at unit normals (N, 3)."""
     flat = normals @ gloss_frame(np.asarray(towards, float)).T
     where = (flat * (1, -1) + 1) / 2 * len(picture) - 0.5
     return bilinear(picture, where).astype(np.float64) / 255

@@ -121,6 +121,14 @@ def unlit(
     return _without_gloss(photo, plain, seen, own, shading)
 
 
+def no_light(camera: Camera, item: SceneObject) -> Shading:
+    """Light that changes nothing, as the camera sees the thing."""
+    towards = np.asarray(camera.position) - np.asarray(item.position)
+    x, y, z = (float(part) for part in towards / np.linalg.norm(towards))
+    none = (0.0,) * len(LIGHTING.pulls_share)
+    return Shading((none, none, none), (x, y, z), item.rotation)
+
+
 def _smooth(item: SceneObject) -> bool:
     shape = item.shape
     if isinstance(shape, Inflated):

@@ -24,7 +24,8 @@ from physagent_studio.reconstruction.texture.inward import (
     nearest,
     without_features,
 )
-from physagent_studio.reconstruction.texture.lighting import unlit
+from physagent_studio.reconstruction.texture.lighting import no_light, unlit
+from physagent_studio.reconstruction.texture.plain_ball import is_plain, plainly_painted
 from physagent_studio.reconstruction.texture.revolved import Around, around
 from physagent_studio.reconstruction.texture.rim_shade import with_rim_shade
 from physagent_studio.reconstruction.texture.round_bodies import round_textured
@@ -75,6 +76,14 @@ def textured(photo: Image, mask: BoolArray, camera: Camera, item: SceneObject, m
     red, green, blue = (round(float(value)) for value in photo[mask].mean(0))
     color = (red, green, blue)
     plain = unlit(photo, mask, camera, item, mesh)
+    if isinstance(item.shape, Sphere | Ellipsoid) and at_work("plain balls"):
+        picture = photo if plain is None else plain[0]
+        if is_plain(picture, mask):
+            light = replace(no_light(camera, item), gloss=plain and plain[1].gloss)
+            picture = plainly_painted(picture, mask)
+            painted = _painted(picture, mask, camera, item, mesh, lit=False)
+            painted = replace(painted, color=color, shading=light)
+            return with_rim_shade(photo, mask, camera, item, painted, whole=True)
     if plain is None:
         return replace(_painted(photo, mask, camera, item, mesh, lit=True), color=color)
     painted = _painted(plain[0], mask, camera, item, mesh, lit=False)

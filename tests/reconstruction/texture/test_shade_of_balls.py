@@ -1,14 +1,18 @@
-"""Shade that the ground lays on a ball's rim is light: it stays below as the ball rolls."""
+"""Shade that the ground lays on a ball is light: it stays below as the ball rolls."""
 
 import cv2
 import numpy as np
 
+from physagent_studio.program.rotations import matrix_of
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import SceneObject, Sphere
 from physagent_studio.reconstruction.shapes.meshes import mesh_of
 from physagent_studio.reconstruction.switches import without
+from physagent_studio.reconstruction.texture.plain_ball import is_plain
 from physagent_studio.reconstruction.texture.projection import textured
+from physagent_studio.rendering.batch import Batch
 from physagent_studio.rendering.lit import Paint, lit
+from physagent_studio.rendering.raster import Lens, rasterise
 
 SIDE, RADIUS = 240, 0.1
 
@@ -51,10 +55,11 @@ def darkness_of_texture(mesh) -> float:
 
 def test_the_crescent_is_in_the_light_and_not_in_the_texture():
     image, mask, camera, item = ball_on_dark_ground()
-    mesh = textured(image, mask, camera, item, mesh_of(Sphere(radius=RADIUS)))
+    with without(["plain balls"]):
+        mesh = textured(image, mask, camera, item, mesh_of(Sphere(radius=RADIUS)))
     assert mesh.shading is not None
     assert mesh.shading.shade is not None
-    with without(["rim shade"]):
+    with without(["plain balls", "rim shade"]):
         before = textured(image, mask, camera, item, mesh_of(Sphere(radius=RADIUS)))
     assert darkness_of_texture(mesh) < 0.7 * darkness_of_texture(before)
 
@@ -67,3 +72,41 @@ def test_shade_is_by_the_direction_in_which_the_surface_faces():
     foot = np.array([[0.0, -0.35, -0.94], [0.0, -0.9, 0.44]])
     below, front = lit(mesh.shading, grey, foot / np.linalg.norm(foot, axis=1)[:, None]).mean(1)
     assert below < 0.6 * front
+
+
+def test_what_changes_slowly_over_a_plain_ball_is_light():
+    image, mask, camera, item = ball_on_dark_ground()
+    assert is_plain(image, mask)
+    mesh = textured(image, mask, camera, item, mesh_of(Sphere(radius=RADIUS)))
+    with without(["plain balls"]):
+        before = textured(image, mask, camera, item, mesh_of(Sphere(radius=RADIUS)))
+    assert darkness_of_texture(mesh) < 0.8 * darkness_of_texture(before)
+    # As it stands there, it looks as in the photo.
+    inner = cv2.erode(mask.astype(np.uint8), np.ones((9, 9), np.uint8)).astype(bool)
+    off = seen_again(mesh, camera, item)[inner] - image[inner].astype(float)
+    assert 10 * np.log10(255**2 / (off**2).mean()) > 32
+
+
+def test_a_painted_ball_keeps_its_paint():
+    image, mask, _, _ = ball_on_dark_ground()
+    stripes = (np.indices(mask.shape)[1] // 24 % 2).astype(bool) & mask
+    image[stripes] = (image[stripes] * (0.3, 0.7, 2.5)).clip(0, 255).astype(np.uint8)
+    assert not is_plain(image, mask)
+    grooved = image.copy()
+    grooved[stripes] = ball_on_dark_ground()[0][stripes] // 2
+    assert not is_plain(grooved, mask)
+
+
+def seen_again(mesh, camera, item) -> np.ndarray:
+    """(H, W, 3) the mesh in its light, as the camera sees it where it was built."""
+    batch, lens = Batch.of([mesh]), Lens(*camera.size, camera.focal, *camera.principal)
+    world = mesh.vertices @ matrix_of(item.rotation).T + np.asarray(item.position)
+    points = (world - np.asarray(camera.position)) @ camera.matrix
+    hits = rasterise(points, batch.faces, lens, batch.one_sided)
+    uv = np.einsum("ki,kij->kj", hits.weights, mesh.uv[mesh.faces[hits.face]])
+    normals = np.einsum("ki,kij->kj", hits.weights, batch.normals[hits.face])
+    normals = normals @ matrix_of(item.rotation).T
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    out = np.zeros((SIDE * SIDE, 3))
+    out[hits.pixel] = lit(mesh.shading, Paint.of(mesh).sample(uv, 1.0), normals)
+    return out.reshape(SIDE, SIDE, 3)

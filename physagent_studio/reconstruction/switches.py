@@ -45,6 +45,7 @@ PLATES = {
     "level shifts": "copies along the level plane",
     "shifts along lines": "copies along lines that go on behind the hole",
     "expected colours": "copies have to show the colours that are around",
+    "own faces": "faces of tables and ramps are filled from the same face",
     "sides of lines": "copies over a line that goes on cost",
     "bent copies": "copies that are sheared or stretched cost",
     "smooth fill": "bare ground is filled smoothly",

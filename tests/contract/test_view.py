@@ -446,6 +446,22 @@ def test_what_only_tips_over_comes_down_where_it_stood(seed: int) -> None:
     assert "view.place.ball" not in views(told)
 
 
+@seeds
+def test_what_nothing_is_told_of_is_not_run_into(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    way = side(rng)
+    for speed, ok in ((rng.uniform(0.5, 0.9), False), (rng.uniform(0.1, 0.18), True)):
+        things = [at(BALL, 0.0), at(BOX, 0.35 * way)]
+        go_there = [go("ball", way * speed, 0, 0)]
+        check = views(scene_of(things, go_there, says("moves")))["view.alone.ball.box"]
+        agrees(check)
+        assert check.ok == ok, check.text
+        # What the sentence has it hit is no bystander, nor what it passes by.
+        hit = views(scene_of(things, go_there, says("contacts", other="box")))
+        beside = views(scene_of([things[0], at(BOX, 0.35 * way, y=4.5)], go_there, says("moves")))
+        assert not [one for one in (*hit, *beside) if one.startswith("view.alone")]
+
+
 def test_a_fall_is_as_fast_as_it_is() -> None:
     pace = {"subject": "ball", "verb": "roll", "high": 1.0}
     things = [at(BALL, 0.0, 1.5, support="air")]

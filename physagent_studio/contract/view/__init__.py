@@ -22,6 +22,7 @@ from physagent_studio.contract.view.basics import (
     subject_of,
     view_code,
 )
+from physagent_studio.contract.view.bystanders import leaves_alone
 from physagent_studio.contract.view.framing import gone, inside, meetings
 from physagent_studio.contract.view.pace import (
     FALL_FILLS,
@@ -66,5 +67,5 @@ def view_checks(
     found += [*touches(facts, names), *comes_apart(facts, names)]
     found += [gone(facts, name) for name in names if name in program.contract.leaving]
     found += [*meetings(facts), *ends(facts, names), *amounts(facts), *on_wheels(facts, names)]
-    found += in_place(facts, names)
+    found += [*in_place(facts, names), *leaves_alone(facts, names)]
     return tuple(found)

@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from physagent_studio.arrays import FloatArray, FloatImage
+from physagent_studio.arrays import FloatArray, FloatImage, IntArray
 from physagent_studio.reconstruction.background.graph_cut import CUT, Grid, choose
 from physagent_studio.reconstruction.background.harmonic_fill import nearest_along
 from physagent_studio.reconstruction.background.poisson_blend import (
@@ -57,6 +57,8 @@ class MosaicSettings:
     beyond_price: float = 60.0
     # 0.5..5: of the photo's roughness beside, for the price of the smooth fill
     smooth_factor: float = 2.0
+    # price, 40..600: of what is copied from another face of a table or ramp that the picture shows
+    other_face_price: float = 250.0
     far_price: float = 6.0  # price, 0..20: of a copy from one hole's size away
     # price, 0..30: from above or below: walls, floors and tables run across pictures
     height_price: float = 8.0
@@ -79,12 +81,13 @@ def mosaic(
     structure: Structure,
     level: FloatArray | None,
     share: float = 1.0,
+    faces: IntArray | None = None,
 ) -> FloatImage:
     """The picture (H, W, 3) with its hole (H, W) filled.
 
     barred: (H, W) the hole and what else shall not be copied. structure: what is known
     to go on behind the hole. level: (3, 3) from pixels to a level plane, None for unknown. share:
-    how much care it may take, 1 for a lone hole.
+    how much care it may take, 1 for a lone hole. faces: (H, W) as `surfaces` gives them.
     """
     finding_px = 220  # 100..500: longer side of the picture in which candidates are looked for
     picture = View.of(part, missing, barred, finding_px)
@@ -96,7 +99,7 @@ def mosaic(
     if not copies:
         return even
     fine = View.of(part, missing, barred, _fine(missing, share))
-    label, used = _laid(fine, even, structure, copies)
+    label, used = _laid(fine, even, structure, copies, faces)
     chosen = [copies[k] if k < len(copies) else None for k in used]
     return joined(part, missing, barred, label, chosen, even)
 
@@ -163,11 +166,15 @@ def _distinct(copies: Sequence[FloatArray], missing: BoolArray) -> list[FloatArr
 
 
 def _laid(
-    view: View, even: FloatImage, structure: Structure, copies: Sequence[FloatArray]
+    view: View,
+    even: FloatImage,
+    structure: Structure,
+    copies: Sequence[FloatArray],
+    faces: IntArray | None,
 ) -> tuple[NDArray[np.int64], list[int]]:
     """Which piece (h, w) lies where on a coarse grid, -1 outside, and the copies in use.
 
-    even: (H, W, 3) the smooth fill; it is the piece after the last copy.
+    even: (H, W, 3) the smooth fill; it is the piece after the last copy. faces: as for `mosaic`.
     """
     rim_count = 2  # 1..4: width, in places, of the rim on which a copy is held against the photo
     places = grow(view.missing, rim_count)
@@ -175,6 +182,7 @@ def _laid(
     smooth = cv2.resize(even, places.shape[::-1], interpolation=cv2.INTER_AREA)
     smooth = np.where(view.barred[..., None], smooth, view.image).astype(np.float32)
     side = structure.scaled(view.ratio).clear(view.missing).sides(places.shape)
+    face = _sure_faces(faces, places.shape)
     expected = _Expected.of(view, smooth, side)
     feature = _features(view.image)
     soft = cv2.GaussianBlur(smooth, (0, 0), MOSAIC.soft_count)
@@ -188,10 +196,7 @@ def _laid(
         if at_work("expected colours"):
             price += expected.price(taken(np.asarray(soft, np.float32), x, y), places, view.missing)
         price += np.where(rim[places], np.minimum(off, MOSAIC.max_rim_price), 0)
-        row = np.clip(np.round(y).astype(int), 0, side.shape[0] - 1)
-        column = np.clip(np.round(x).astype(int), 0, side.shape[1] - 1)
-        if at_work("sides of lines"):
-            price += MOSAIC.beyond_price * (side[row, column] != side[places])
+        price += _elsewhere(side, face, places, (x, y))
         looks.append(shown)
         prices.append(price)
     asked = np.array(prices, np.float32)
@@ -211,6 +216,40 @@ def _laid(
     label = np.full(places.shape, -1)
     label[places] = np.searchsorted(used, chosen)
     return label, used
+
+
+def _elsewhere(
+    side: NDArray[np.int64],
+    face: NDArray[np.int64] | None,
+    places: BoolArray,
+    source: tuple[FloatImage, FloatImage],
+) -> FloatArray:
+    """(N,) what it costs to take places (h, w) from beyond a line or from another face.
+
+    side, face: (h, w) numbers. source: x and y (N,) of what is copied.
+    """
+    column, row = (
+        np.clip(np.round(at).astype(int), 0, last - 1)
+        for at, last in zip(source, side.shape[::-1], strict=True)
+    )
+    price = np.zeros(len(row))
+    if at_work("sides of lines"):
+        price += MOSAIC.beyond_price * (side[row, column] != side[places])
+    if face is not None:
+        own, other = face[places], face[row, column]
+        price += MOSAIC.other_face_price * ((own != other) & (own >= 0) & (other >= 0))
+    return price
+
+
+def _sure_faces(faces: IntArray | None, shape: tuple[int, ...]) -> NDArray[np.int64] | None:
+    """(h, w) the faces, 0 for whatever is none, -1 where one begins and the next one ends."""
+    if faces is None or not (faces > 0).any() or not at_work("own faces"):
+        return None
+    whole = np.maximum(faces, 0).astype(np.float32)
+    small = cv2.resize(whole, shape[::-1], interpolation=cv2.INTER_NEAREST)
+    square = np.ones((3, 3), np.uint8)
+    same = cv2.dilate(small, square) == cv2.erode(small, square)
+    return np.where(same, small, -1).astype(np.int64)
 
 
 @dataclass(frozen=True, eq=False, slots=True)

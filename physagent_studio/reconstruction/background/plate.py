@@ -74,7 +74,7 @@ def background(
         for part in (hole, things) if at_work("lines of masks") else (hole,):
             lines = np.concatenate([lines, lines_through(photo, part, found, hole)])
         lines = each_once(lines)
-    plate = fill(photo, hole, lines, camera)
+    plate = fill(photo, hole, lines, camera, faces)
     if found is not None and at_work("edges seen"):
         things = np.any([*masks, np.zeros_like(hole)], axis=0)
         kept = seen_beside(photo, things, hole, found) & ~shade
@@ -148,11 +148,13 @@ def fill(
     hole: BoolArray,
     lines: FloatArray = NO_LINES,
     camera: Camera | None = None,
+    faces: NDArray[np.int64] | None = None,
 ) -> Image:
     """The photo (H, W, 3) with the hole (H, W) filled; the rest is untouched.
 
     Every piece of the hole is filled by itself, nothing is copied from any of them. lines:
-    (N, 2, 2) pixels, edges that go on behind the hole. camera: as for `background`.
+    (N, 2, 2) pixels, edges that go on behind the hole. camera: as for `background`. faces: (H, W)
+    as `surfaces` gives them: what a face shows comes from that face.
     """
     if hole.all():
         return np.full_like(photo, 128)
@@ -176,6 +178,7 @@ def fill(
             Structure(own).moved(*origin.tolist()),
             level,
             max(0.4, root / sum(roots)),
+            None if faces is None else faces[crop],
         )
         filled = np.clip(np.round(full), 0, 255).astype(np.uint8)
         out[crop][missing[crop]] = filled[missing[crop]]

@@ -32,9 +32,8 @@ class PlainSettings:
     max_edge_share: float = 0.02  # 0..0.1: of what is asked, at an edge; more is a pattern
     max_hue_share: float = 0.16  # 0.05..0.4: nine tenths of the ball stray no farther in hue
     fine_ratio: float = 0.05  # 0.01..0.2: over the width, spread below which detail is its own
-    # 0.02..1: how far such detail may stray to the dark, where a stem was, and to the bright
-    dark_detail_log: float = 0.6
-    bright_detail_log: float = 0.12
+    dark_detail_log: float = 0.6  # log, 0.1..1: how dark such detail may be: a stem was there
+    bright_detail_log: float = 0.12  # log, 0.02..0.5: how bright it may be: gloss is light
 
 
 PLAIN = PlainSettings()

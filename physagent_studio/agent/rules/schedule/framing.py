@@ -31,9 +31,42 @@ def free_way(layout: Layout, name: str, way: FloatArray) -> float:
     """How far a thing can go along a level or upward unit direction (3,) and still be seen whole;
     on the level on what carries it and before it meets another thing, m; infinite without a
     camera."""
-    camera, body = layout.state.camera, layout.placed(name)
-    if camera is None or body is None or body.outline is None:
+    body = layout.placed(name)
+    if layout.state.camera is None or body is None or body.outline is None:
         return math.inf
+    free = _seen_way(layout, body, way)
+    if not np.any(way[:2]):
+        return free
+    free = min(free, _before_edge(layout, name, way))
+    here, carrier = layout.position(name), layout.carrier(name)
+    return min(
+        free,
+        *(_before(layout, name, item.name, way, here, carrier) for item in layout.state.objects),
+    )
+
+
+def free_way_from(layout: Layout, name: str, place: FloatArray, way: FloatArray) -> float:
+    """The same from another place (3,) on the ground, as it stands now."""
+    body = layout.placed(name)
+    if layout.state.camera is None or body is None or body.outline is None:
+        return math.inf
+    moved = Placed(
+        body.outline,
+        positions=body.positions + (place - layout.position(name)),
+        matrices=body.matrices,
+    )
+    free, ground = _seen_way(layout, moved, way), layout.ground()
+    return min(
+        free,
+        *(_before(layout, name, item.name, way, place, ground) for item in layout.state.objects),
+    )
+
+
+def _seen_way(layout: Layout, body: Placed, way: FloatArray) -> float:
+    """How far a body can go along a unit direction (3,) and still be seen whole, m."""
+    camera = layout.state.camera
+    assert camera is not None
+    assert body.outline is not None
     ahead = np.linspace(0.0, FRAMING.max_way_m, FRAMING.samples_count) ** 2 / FRAMING.max_way_m
     here = stretched(body, FRAMING.samples_count)
     moved = Placed(
@@ -43,11 +76,7 @@ def free_way(layout: Layout, name: str, way: FloatArray) -> float:
     # What the frame cuts off already may stay as it is.
     least = min(FRAMING.min_seen_share, 0.95 * float(shares[0]))
     out = np.flatnonzero(shares < least)
-    free = float(ahead[max(int(out[0]) - 1, 0)]) if len(out) else FRAMING.max_way_m
-    if not np.any(way[:2]):
-        return free
-    free = min(free, _before_edge(layout, name, way))
-    return min(free, *(_before(layout, name, item.name, way) for item in layout.state.objects))
+    return float(ahead[max(int(out[0]) - 1, 0)]) if len(out) else FRAMING.max_way_m
 
 
 def seen_along(layout: Layout, name: str, offsets: FloatArray) -> float:
@@ -78,11 +107,14 @@ def _before_edge(layout: Layout, name: str, way: FloatArray) -> float:
     return max(layout.way_to_edge(name, way) - layout.extent(name, way), 0.0)
 
 
-def _before(layout: Layout, name: str, other: str, way: FloatArray) -> float:
-    """Way until it meets another thing that stands on the same; infinite where it passes it."""
-    if other == name or not layout.has(other) or layout.carrier(other) != layout.carrier(name):
+def _before(
+    layout: Layout, name: str, other: str, way: FloatArray, here: FloatArray, carrier: str | None
+) -> float:
+    """Way from a place (3,) on a carrier until it meets another thing that stands on the same;
+    infinite where it passes it."""
+    if other == name or not layout.has(other) or layout.carrier(other) != carrier:
         return math.inf
-    offset = layout.position(other) - layout.position(name)
+    offset = layout.position(other) - here
     across = np.array([-way[1], way[0], 0.0])
     wide = layout.extent(name, across) + layout.extent(other, -across)
     distance = float(offset @ way)

@@ -10,6 +10,7 @@ from physagent_studio.agent.rules.contract.specs import sideways
 from physagent_studio.agent.rules.scene import mechanics as mech
 from physagent_studio.agent.rules.scene.measures import WAYS, level, unit
 from physagent_studio.agent.rules.schedule import actions as act
+from physagent_studio.agent.rules.schedule.framing import FRAMING, free_way_from
 from physagent_studio.agent.rules.schedule.scripts import Task, turn_back
 from physagent_studio.program.actions import Action
 from physagent_studio.program.scene.state import Ramp
@@ -61,9 +62,32 @@ def rolling_for(task: Task) -> float | None:
         return None
     if task.intent.has("stop", "settle", "slow") or task.ends_short:
         return round(min(_stopping_friction(task), 1.0), 4)
-    slowly = task.intent.manner("slow", "gentle")
     slow_share = 0.7  # 0.3..0.95: of the pull of the slope that is used up
-    return round(slow_share * math.tan(slope_of(task)), 4) if slowly else None
+    if task.intent.manner("slow", "gentle"):
+        return round(slow_share * math.tan(slope_of(task)), 4)
+    max_share = 0.9  # 0.6..0.98: the same where it has to stop below: it has to set out at all
+    wanted = min(_resistance_below(task), max_share * math.tan(slope_of(task)))
+    least_ratio = 0.02  # 0.005..0.05: small wheels on a hard floor resist as much anyway
+    return round(wanted, 4) if wanted > least_ratio else None
+
+
+def _resistance_below(task: Task) -> float:
+    """Resistance with which it comes to rest on the ground below the slope, before what stands
+
+    there and within the picture; 0 where it shall hit something, leave or turn.
+    """
+    layout, ramp = task.layout, task.layout.ramp_below(task.name)
+    downhill = layout.downhill(task.name)
+    away = task.intent.has("leave", "turn_around", "reverse") or task.intent.hits
+    if ramp is None or not isinstance(ramp.shape, Ramp) or downhill is None or away:
+        return 0.0
+    toe, way = np.asarray(ramp.shape.toe, float), unit(level(downhill))
+    # As it stands there, with its middle over the toe.
+    there = toe + np.array([0.0, 0.0, layout.height(task.name) / 2])
+    room = free_way_from(layout, task.name, there, way)
+    drop = float(layout.position(task.name)[2] - there[2])
+    run = abs(float((layout.position(task.name) - toe) @ way))
+    return max(drop, 0.0) / max(FRAMING.good_share * room + run, 1e-3)
 
 
 def _stopping_friction(task: Task) -> float:

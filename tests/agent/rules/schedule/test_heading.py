@@ -169,7 +169,8 @@ def test_on_a_slope_its_resistance_is_what_is_set_and_not_its_friction():
     assert wheels_of(program).rolling > 0.3
     assert off(wheels_of(program).heading, 0) < 1
     free = program_of(STAGES["slope"], "The toy car rolls down the ramp.")
-    assert wheels_of(free).rolling < 0.1
+    # It runs on below, and comes to rest there before it leaves the picture.
+    assert 0.02 < wheels_of(free).rolling < 0.2
 
 
 def test_a_search_turns_the_resistance_and_the_front_and_not_the_aim():

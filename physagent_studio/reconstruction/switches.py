@@ -27,6 +27,7 @@ MASKS = {
 PLATES = {
     "soft outlines": "the hole is as wide as the thing's colours fade",
     "leftovers": "what masks have missed, by its colour, leaves too",
+    "scraps": "small bits that stand out of smooth ground beside it leave too",
     "floor reflections": "mirror images on polished ground leave",
     "cast shadows": "shade at the feet leaves",
     "shade of stacks": "what stands on a thing makes its shade longer",

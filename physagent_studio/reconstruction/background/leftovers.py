@@ -23,6 +23,12 @@ class LeftoverSettings:
 
     bins_count: int = 20  # 8..40: of each of lightness and the two colours
     reach_ratio: float = 0.45  # 0.1..1: over the thing's size, how far from it is looked
+    scrap_reach_ratio: float = 0.1  # 0.03..0.3: the same for scraps, which end that near
+    min_scrap_px: int = 6  # 3..30: smaller ones are noise
+    max_scrap_share: float = 0.01  # 0.001..0.05: of the thing's area: larger is no scrap
+    ground_ratio: float = 0.35  # 0.1..1: over that reach, spread of the ground's mean colour
+    least_off_levels: float = 16.0  # 6..40: from which on something stands out of it
+    smooth_percent: float = 80.0  # %, 50..95: so much of smooth ground is off by half of that
 
 
 LEFTOVER = LeftoverSettings()
@@ -41,6 +47,60 @@ def leftovers(photo: Image, masks: Sequence[BoolArray], hole: BoolArray) -> Bool
         window = rows, slice(max(0, x0 - 2 * reach), x1 + 2 * reach)
         out[window] |= _of_one(np.asarray(lab[window], np.uint8), mask[window], hole[window], reach)
     return out
+
+
+def scraps(photo: Image, masks: Sequence[BoolArray], hole: BoolArray) -> BoolArray:
+    """(H, W) small bits at the rim of the hole that stand out of smooth ground: tips of stems and
+
+    leaves, hairs, the soft rim of a thing. Of whatever colour: nothing else is there by itself.
+    """
+    out = np.zeros(hole.shape, bool)
+    for mask in masks:
+        if not mask.any():
+            continue
+        x0, y0, x1, y1 = bounds(mask)
+        size = max(x1 - x0, y1 - y0)
+        reach = max(6, round(LEFTOVER.scrap_reach_ratio * size))
+        window = (
+            slice(max(0, y0 - 3 * reach), y1 + 3 * reach),
+            slice(max(0, x0 - 3 * reach), x1 + 3 * reach),
+        )
+        near = grow(mask[window], reach) & ~hole[window]
+        far = grow(mask[window], 2 * reach) & ~near & ~hole[window]
+        stands = _standing_out(photo[window], hole[window], near | far, reach)
+        if stands is None:
+            continue
+        _, labels, stats, _ = cv2.connectedComponentsWithStats(stands.astype(np.uint8))
+        touching = np.unique(labels[grow(hole[window], 2) & stands])
+        beyond = set(np.unique(labels[far & stands]).tolist())
+        most = max(12.0, LEFTOVER.max_scrap_share * np.count_nonzero(mask))
+        areas = stats[:, cv2.CC_STAT_AREA]
+        kept = [
+            k
+            for k in touching
+            if k and k not in beyond and LEFTOVER.min_scrap_px <= areas[k] <= most
+        ]
+        out[window] |= np.isin(labels, kept) & near
+    return out
+
+
+def _standing_out(photo: Image, hole: BoolArray, beside: BoolArray, reach: int) -> BoolArray | None:
+    """(H, W) what differs from the mean colour around it beside a hole; None on rough ground."""
+    weight = (~hole).astype(np.float32)
+    picture = photo.astype(np.float32)
+    spread = max(3.0, LEFTOVER.ground_ratio * reach)
+    off = np.zeros(hole.shape, np.float32)
+    for _ in range(3):
+        count = cv2.GaussianBlur(weight, (0, 0), spread)[..., None]
+        mean = cv2.GaussianBlur(picture * weight[..., None], (0, 0), spread)
+        off = np.abs(picture - mean / np.maximum(count, 1e-4)).max(-1)
+        weight = (~hole) / (1 + (off / LEFTOVER.least_off_levels) ** 2).astype(np.float32)
+    if not beside.any():
+        return None
+    usual = float(np.percentile(off[beside], LEFTOVER.smooth_percent))
+    if usual > LEFTOVER.least_off_levels / 2:
+        return None
+    return beside & (off > LEFTOVER.least_off_levels)
 
 
 def _of_one(lab: Image, mask: BoolArray, hole: BoolArray, reach: int) -> BoolArray:

@@ -24,7 +24,7 @@ from physagent_studio.reconstruction.background.edges_through import (
     seen_beside,
 )
 from physagent_studio.reconstruction.background.floor_reflections import mirrored
-from physagent_studio.reconstruction.background.leftovers import leftovers
+from physagent_studio.reconstruction.background.leftovers import leftovers, scraps
 from physagent_studio.reconstruction.background.lines_behind import (
     each_once,
     edges_of,
@@ -129,6 +129,8 @@ def taken_out(
         # The darkest shade is a line right at the foot: none of it shall be left between the two.
         if at_work("slits"):
             shade |= grow(shade, slit_px) & grow(hole, slit_px)
+    if at_work("scraps"):
+        hole |= grow(scraps(photo, loose, hole | shade), 2)
     return hole | shade, shade
 
 

@@ -57,6 +57,7 @@ class MosaicSettings:
     beyond_price: float = 60.0
     # 0.5..5: of the photo's roughness beside, for the price of the smooth fill
     smooth_factor: float = 2.0
+    unusual_factor: float = 3.0  # 1.5..10: of what is usual around, for a thing that stands out
     # price, 40..600: of what is copied from another face of a table or ramp that the picture shows
     other_face_price: float = 250.0
     far_price: float = 6.0  # price, 0..20: of a copy from one hole's size away
@@ -270,7 +271,9 @@ class _Expected:
         broad = cv2.GaussianBlur(smooth, (0, 0), 3 * MOSAIC.soft_count)
         fine = np.abs(view.image - soft).sum(-1)
         wide = np.abs(soft - broad).sum(-1)
-        rough, stray = (_around(_median(value), view, side) for value in (fine, wide))
+        rough = _around(_median(fine), view, side)
+        # A thing that stands out beside the hole leaves the ground beside it one of one colour.
+        stray = _around(_usual(_median(wide), view), view, side)
         return cls(
             np.asarray(soft, np.float32),
             np.asarray(
@@ -317,6 +320,18 @@ def _around(values: FloatImage, view: View, side: NDArray[np.int64]) -> FloatIma
         share = np.clip(count / MOSAIC.little_share, 0, 1)
         out[here] = (share * own + (1 - share) * mean)[here]
     return np.asarray(out, np.float32)
+
+
+def _usual(values: FloatImage, view: View) -> FloatImage:
+    """Values (h, w) capped at several times what is usual around the hole."""
+    x0, y0, x1, y1 = bounds(view.missing)
+    reach = round(0.5 * max(x1 - x0, y1 - y0))
+    beside = np.zeros(values.shape, bool)
+    beside[max(0, y0 - reach) : y1 + reach, max(0, x0 - reach) : x1 + reach] = True
+    beside &= ~view.barred
+    if not beside.any():
+        return values
+    return np.minimum(values, MOSAIC.unusual_factor * float(np.median(values[beside])))
 
 
 def _median(values: FloatImage) -> FloatImage:

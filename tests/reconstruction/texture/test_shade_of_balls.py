@@ -10,6 +10,7 @@ from physagent_studio.reconstruction.shapes.meshes import mesh_of
 from physagent_studio.reconstruction.switches import without
 from physagent_studio.reconstruction.texture.plain_ball import is_plain
 from physagent_studio.reconstruction.texture.projection import textured
+from physagent_studio.records import Mesh
 from physagent_studio.rendering.batch import Batch
 from physagent_studio.rendering.lit import Paint, lit
 from physagent_studio.rendering.raster import Lens, rasterise
@@ -97,8 +98,10 @@ def test_a_painted_ball_keeps_its_paint():
     assert not is_plain(grooved, mask)
 
 
-def seen_again(mesh, camera, item) -> np.ndarray:
+def seen_again(mesh: Mesh, camera: Camera, item: SceneObject) -> np.ndarray:
     """(H, W, 3) the mesh in its light, as the camera sees it where it was built."""
+    assert mesh.uv is not None
+    assert mesh.shading is not None
     batch, lens = Batch.of([mesh]), Lens(*camera.size, camera.focal, *camera.principal)
     world = mesh.vertices @ matrix_of(item.rotation).T + np.asarray(item.position)
     points = (world - np.asarray(camera.position)) @ camera.matrix

@@ -21,6 +21,9 @@ from physagent_studio.rendering.skin import Skin
 _TAKEN, _ALIKE, _VARIES = 0.4, 0.6, 0.3
 """Share of a mirror image that the plate is without, and how well what is gone agrees with it as it
 is and about its mean (correlations): at least."""
+_APART, _NEAR = 0.3, 3.0
+"""Least correlation of what is neither of the two's shade, and within how many cells of it shade
+hardly changes."""
 _STRENGTH = (0.04, 0.5)
 _LEAST, _SOFT = 25, 1.3
 """Cells, and standard deviation of the blur of a mirror image in cells."""
@@ -82,8 +85,10 @@ class Mirror:
             x, y = shown[both], gone[both]
             if both.sum() < max(_LEAST, _TAKEN * mine.sum()) or _alike(x, y) < _ALIKE:
                 continue
-            # Shade darkens all of it, but does not vary with the thing.
-            if _alike(x - x.mean(0), y - y.mean(0)) > _VARIES:
+            # Shade darkens all of it, but does not vary with the thing, in colour and in detail.
+            varies = _alike(x - x.mean(0), y - y.mean(0))
+            rest = [_unshaded(d, after[both], pixel[both], shape) for d in (x, y)]
+            if varies > _VARIES and _alike(*rest) > _APART:
                 found.append(float((x * y).sum() / (x * x).sum()))
         strength = min(max(found, default=0.0), _STRENGTH[1])
         return replace(whole, strength=strength) if strength > _STRENGTH[0] else None
@@ -105,6 +110,18 @@ class Mirror:
         share = self.strength * fades * (level & (high > 0)) * each[owner, None]
         colors = self.skin.colors(hits, turned, world if bent else None)
         return hits.pixel, owner, colors, share.astype(np.float32)
+
+
+def _unshaded(
+    change: NDArray, ground: NDArray, pixel: NDArray[np.int64], shape: tuple[int, int]
+) -> NDArray:
+    """(K, 6) what of a change (K, 3) of a ground's colours (K, 3) no shade would do: its colour
+    and its detail. pixel: (K,) cells of a picture of that shape."""
+    dimmed = (change * ground).sum(1, keepdims=True) / np.maximum((ground**2).sum(1), 1)[:, None]
+    layer = np.zeros((shape[0] * shape[1], 4), np.float32)
+    layer[pixel] = np.hstack([change, np.ones((len(pixel), 1))])
+    soft = cv2.GaussianBlur(layer.reshape(*shape, 4), (0, 0), _NEAR).reshape(-1, 4)[pixel]
+    return np.hstack([change - dimmed * ground, change - soft[:, :3] / soft[:, 3:]])
 
 
 def _alike(x: NDArray, y: NDArray) -> float:

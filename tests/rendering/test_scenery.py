@@ -316,3 +316,14 @@ def test_dull_ground_shows_nothing():
     assert Compositor(polished(0.0))._mirror is None
     scene, _, _ = sunlit((-1.0, 0.1, 0.7))
     assert Compositor(scene)._mirror is None
+
+
+def test_soft_shade_where_a_mirror_image_would_be_is_none():
+    """Under a dark thing the ground gets darker towards it, as its mirror image would be."""
+    scene = polished(0.5)
+    floor = scene.plate.astype(np.float32)
+    deeper = np.maximum(floor - scene.photo, 0).mean(-1) / floor.mean(-1)
+    shade = cv2.GaussianBlur(deeper, (0, 0), 9)[..., None]
+    things = (Compositor(scene).frame().ids >= 0)[..., None]
+    photo = np.where(things, scene.photo, (floor * (1 - shade)).astype(np.uint8))
+    assert Compositor(replace(scene, photo=photo))._mirror is None

@@ -462,6 +462,41 @@ def test_what_nothing_is_told_of_is_not_run_into(seed: int) -> None:
         assert not [one for one in (*hit, *beside) if one.startswith("view.alone")]
 
 
+@seeds
+def test_what_slides_does_not_tip_over(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    pace = {"subject": "crate", "verb": "slide", "high": 3.0}
+    force = {"magnitude": rng.uniform(0.6, 0.9), "direction": "right", "quantity": "target_speed"}
+    push = {
+        "operator": "ApplyForce", "id": "push", "name": "crate", "duration": 200, "force": force,
+    }  # fmt: skip
+    for high, ok in ((rng.uniform(0.1, 0.2), True), (rng.uniform(0.6, 0.8), False)):
+        crate = at(
+            {"name": "crate", "shape": {"kind": "box", "size": [0.2, 0.2, high]}}, -1.0, high / 2
+        )
+        program = scene_of(
+            [crate | {"friction": 1.0}], [push], says("moves", "crate"), paces=[pace]
+        )
+        check = views(program)["view.footing.crate"]
+        agrees(check)
+        assert check.ok == ok, check.text
+        # What is told to tip over may, and what rolls or is kicked.
+        told = scene_of([crate], [push], says("topples", "crate"), paces=[pace])
+        kicked = scene_of([crate], [push], says("moves", "crate"), paces=[pace | {"verb": "kick"}])
+        assert "view.footing.crate" not in {**views(told), **views(kicked)}
+
+
+def test_what_slides_may_tumble_once_it_has_met_something() -> None:
+    pace = {"subject": "crate", "verb": "slide", "high": 3.0}
+    crate = at({"name": "crate", "shape": {"kind": "box", "size": [0.1, 0.1, 0.3]}}, -1.0, 0.15)
+    brick = at({"name": "brick", "shape": {"kind": "box", "size": [0.3, 0.3, 0.06]}}, -0.4, 0.03)
+    things = [crate | {"friction": 0.02}, brick | {"friction": 1.0, "density": 8000.0}]
+    program = scene_of(things, [go("crate", 1.5, 0, 0)], says("moves", "crate"), paces=[pace])
+    assert simulate(program, {}).rotations[-1, 0, 0] < 0.95
+    check = views(program)["view.footing.crate"]
+    assert check.ok, check.text
+
+
 def test_a_fall_is_as_fast_as_it_is() -> None:
     pace = {"subject": "ball", "verb": "roll", "high": 1.0}
     things = [at(BALL, 0.0, 1.5, support="air")]

@@ -1,0 +1,59 @@
+"""What is told to go along the ground, and no more, stays as it stands: it does not tip over."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from physagent_studio.contract.facts import Facts
+from physagent_studio.contract.view.basics import TIPPED, said, view_check
+from physagent_studio.contract.words import number
+from physagent_studio.records.judgement import Check
+
+ALONG_THE_GROUND = frozenset(("slide", "move", "push", "pull", "drift"))
+"""Senses of verbs by which a thing goes as it stands; what rolls or is hit may turn over."""
+_TURNING = (
+    "topples", "flips", "rotates", "falls", "leaves", "airborne", "breaks", "spreads", "sways",
+    "descends_slowly", "lands_in",
+)  # fmt: skip
+
+
+def keeps_its_footing(facts: Facts, names: tuple[str, ...]) -> list[Check]:
+    """Until it meets another thing, or leaves what it stands on."""
+    going = {one.subject for one in facts.program.contract.paces if one.verb in ALONG_THE_GROUND}
+    found = []
+    for name in (one for one in names if one in going):
+        item = facts.program.scene.object(name)
+        if item is None or item.body.kind != "rigid" or item.wheels is not None:
+            continue
+        if said(facts.program, name, _TURNING):
+            continue
+        tilt = facts.track(name, facts.whole()).tilt()[: _alone_until(facts, name) + 1]
+        most, step = float(tilt.max()), int(tilt.argmax())
+        text = (
+            f"{name} goes as it stands: it tilts by "
+            f"{number(most, '°')} ≤ {TIPPED:.0f}°: {{answer}}"
+        )
+        found.append(
+            view_check(
+                "footing", name, text, 1 - most / TIPPED,
+                measured=most, threshold=TIPPED, unit="°", step=step,
+            )
+        )  # fmt: skip
+    return found
+
+
+def _alone_until(facts: Facts, name: str) -> int:
+    """The last step before it meets an object, or stands on nothing that it stood on at first."""
+    whole = facts.whole()
+    ends = [facts.last]
+    for other in facts.rollout.objects:
+        if other != name:
+            touching = facts.touching(name, other, whole)
+            if not touching[0] and touching.any():
+                ends.append(int(touching.argmax()))
+    free = ~facts.touching_anything(name, whole)
+    lasting = max(round(0.1 / facts.dt), 1)
+    runs = np.convolve(free, np.ones(lasting), "valid") >= lasting
+    if runs.any():
+        ends.append(int(runs.argmax()))
+    return min(ends)

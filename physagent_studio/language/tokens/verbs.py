@@ -47,7 +47,8 @@ VERBS: dict[str, Verb] = {
             "creep shift progress coast hurtle zip zoom dash barrel career careen scoot rush inch "
             "dart whizz whoosh ease wander budge waddle stride march scurry scamper "
             "scuttle skitter crawl cruise stagger stumble lurch jolt jerk meander steer chug "
-            "plod trek",
+            "plod trek walk swim jog trot gallop amble stroll sprint roam prowl slink tiptoe hobble "
+            "prance toddle trudge",
             "drift": "drift",
             "fly": "fly soar sail swoop",
             "jump": "jump hop leap vault pounce",
@@ -131,6 +132,7 @@ VERBS: dict[str, Verb] = {
 }
 
 IRREGULAR: dict[str, str] = {
+    "swam": "swim", "swum": "swim", "slunk": "slink",
     "fell": "fall", "fallen": "fall", "threw": "throw", "thrown": "throw", "flew": "fly",
     "flown": "fly", "slid": "slide", "hung": "hang", "swung": "swing", "blew": "blow",
     "blown": "blow", "struck": "strike", "stricken": "strike", "broke": "break",

@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from physagent_studio.agent.rules.scene.measures import Layout, level, named_way
+from physagent_studio.agent.rules.scene.facing import likely_front
+from physagent_studio.agent.rules.scene.measures import OPPOSITE, Layout, level, named_way
 from physagent_studio.language import EventFrame, Place, Reading
 from physagent_studio.program.actions import Direction
 
@@ -116,7 +117,9 @@ def ways_of(
     if way == "backward" and frame.agent and subject in frame.patient:
         return (forward(frame, subject, layout),)
     if way == "backward":
-        return ("toward_camera",)
+        slope = layout.downhill(subject) is not None
+        front = None if slope else likely_front(layout, subject)
+        return ("toward_camera",) if front is None else (OPPOSITE[named_way(front)],)
     if way == "sideways":
         return sideways(subject, layout)
     if way in ("outward", "inward"):
@@ -138,14 +141,18 @@ def over_way(frame: EventFrame, subject: str) -> Direction | None:
 
 
 def forward(frame: EventFrame, subject: str, layout: Layout) -> Direction:
-    """The way a pusher points, else down the slope, else away from the camera."""
+    """The way a pusher points, else down the slope, else where a thing on wheels faces, else away
+    from the camera."""
     for agent in frame.agent:
         if layout.has(agent) and layout.has(subject):
             way = level(layout.position(subject) - layout.position(agent))
             if float(np.linalg.norm(way)) > 1e-3:
                 return named_way(way)
     downhill = layout.downhill(subject)
-    return named_way(level(downhill)) if downhill is not None else "away"
+    if downhill is not None:
+        return named_way(level(downhill))
+    front = likely_front(layout, subject)
+    return "away" if front is None else named_way(front)
 
 
 def apart(

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from physagent_studio.agent.rules.scene import mechanics as mech
+from physagent_studio.agent.rules.scene.facing import long_axis
 from physagent_studio.agent.rules.scene.measures import (
     WAYS,
     FloatArray,
@@ -36,7 +37,6 @@ from physagent_studio.reconstruction.shapes.prisms import plan_seen
 class HeadingSettings:
     """Which way wheels face, and how freely they turn."""
 
-    min_long_ratio: float = 1.3  # 1.1..2: length over width of what shows which way it lies
     # cosine, 0..0.7: of axis and way; below, it is moved, not driven
     min_along_cosine: float = math.cos(math.radians(75.0))
     # 5..30: of an axis read off an outline: it may face what it drives to
@@ -89,7 +89,7 @@ def _wheels(
     if task is not None and leaves_its_axis(task, kind.wheels != "any_way"):
         return None, ()
     way, bound = (None, False) if task is None else _way(task)
-    axis, shown = _axis(item, layout)
+    axis, shown = long_axis(layout, item.name)
     axis, shown = (axis, shown) if seen is None else (seen, True)
     if kind.wheels == "short_axis":
         axis = np.array([-axis[1], axis[0], 0.0])
@@ -151,26 +151,6 @@ def _seen_axis(name: str, layout: Layout, mask: np.ndarray | None) -> FloatArray
     usual = usual_size(name)
     plan = plan_seen(mask, camera, foot, usual.depth, usual.aspect[0] if usual.aspect else None)
     return None if plan is None else np.array([*plan.axes[0], 0.0])
-
-
-def _axis(item: SceneObject, layout: Layout) -> tuple[FloatArray, bool]:
-    """Level unit axis (3,) of the longer side of its outline, and whether it clearly is longer."""
-    name = item.name
-    ways = [
-        np.array([math.cos(angle), math.sin(angle), 0.0])
-        for angle in np.radians(np.arange(0.0, 180.0, 1.0))
-    ]
-    wide = np.array([layout.extent(name, way) + layout.extent(name, -way) for way in ways])
-    across = np.roll(wide, -90)
-    # The smallest upright box around it, from above, lies as it does.
-    best = int(np.argmin(wide * across))
-    if wide[best] < across[best]:
-        best = (best + 90) % 180
-    shown = bool(wide[best] > HEADING.min_long_ratio * across[best])
-    if item.shape is not None and item.shape.kind == "inflated":
-        # Its depth is a guess: as wide as high it may as well be seen from behind.
-        shown = shown and bool(wide[best] > HEADING.min_long_ratio * layout.height(name))
-    return ways[best], shown
 
 
 def _facing(axis: FloatArray, way: FloatArray, keeps: bool, bound: bool) -> FloatArray:

@@ -61,6 +61,43 @@ def test_it_sets_out_along_its_axis_with_the_end_that_goes_first(turn, prompt, h
     assert any("toy_car faces is not seen in the picture" in flag for flag in program.scene.flags)
 
 
+@pytest.mark.parametrize(
+    ("turn", "x", "prompt", "goes"),
+    [
+        # From before it, or with more room before it than behind it, is how pictures are taken.
+        (80, 0.0, "The toy car drives forward.", 260),
+        (0, 0.4, "The toy car drives forward.", 180),
+        (0, -0.4, "The toy car drives forward.", 0),
+        (0, -0.4, "The toy car drives backwards.", 180),
+    ],
+)
+def test_forward_is_where_it_is_likely_to_face(turn, x, prompt, goes):
+    stage = yard(turn)
+    shape, (_, y, z), support = stage.objects["toy_car"]
+    stage = dataclasses.replace(stage, objects={"toy_car": (shape, (x, y, z), support)})
+    rollout = simulate(program_of(stage, prompt))
+    path = rollout.positions[-1, 0] - rollout.positions[0, 0]
+    assert np.linalg.norm(path) > 0.1
+    assert off(math.degrees(math.atan2(path[1], path[0])), goes) < 12
+
+
+def test_forward_is_where_a_person_says_that_it_faces():
+    stage = yard(50, SHORT)
+
+    def turned(state):
+        scene = stage.reconstruct(state)
+        things = tuple(
+            o.model_copy(update={"wheels": Wheels(heading=130.0, known=True)})
+            for o in scene.state.objects
+        )
+        state = scene.state.model_copy(update={"objects": things})
+        return dataclasses.replace(scene, state=state)
+
+    program = RuleGenerator().first(stage.case("The toy car drives forward."), turned)
+    assert off(wheels_of(program).heading, 130) < 1
+    assert not any("faces is not seen" in flag for flag in program.scene.flags)
+
+
 def test_the_two_sides_that_a_mask_shows_are_its_axis_before_any_outline():
     stage, prompt = yard(0), "The toy car drives to the left."
     corners = np.array([[x, y, 0.0] for x in (-0.2, 0.2) for y in (-0.09, 0.09)])

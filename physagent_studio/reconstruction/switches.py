@@ -14,6 +14,8 @@ from physagent_studio.errors import InputError
 MASKS = {
     "expected gain": "other candidates by what they are expected to add",
     "variants": "other candidates with shadow or reflection, wider or tighter",
+    "unions of drafts": "any two drafts together are one more",
+    "tight boxes": "a box that a person drew ends where the thing ends",
     "settled outline": "the outline settled at the size of the picture",
     "stacks": "things of one kind above one another cut apart along seams",
     "settled seams": "seams moved to where they are seen best",
@@ -30,6 +32,7 @@ PLATES = {
     "scraps": "small bits that stand out of smooth ground beside it leave too",
     "floor reflections": "mirror images on polished ground leave",
     "cast shadows": "shade at the feet leaves",
+    "shade ends": "what is dark to the border of the picture or of a face is no shade",
     "shade of stacks": "what stands on a thing makes its shade longer",
     "deeper shade": "darker and darker shade is tried where it ends at paint",
     "narrow gaps": "what a thing encloses leaves with it where that is narrow",

@@ -30,8 +30,7 @@ def keeps_its_footing(facts: Facts, names: tuple[str, ...]) -> list[Check]:
         tilt = facts.track(name, facts.whole()).tilt()[: _alone_until(facts, name) + 1]
         most, step = float(tilt.max()), int(tilt.argmax())
         text = (
-            f"{name} goes as it stands: it tilts by "
-            f"{number(most, '°')} ≤ {TIPPED:.0f}°: {{answer}}"
+            f"{name} goes as it stands: it tilts by {number(most, '°')} ≤ {TIPPED:.0f}°: {{answer}}"
         )
         found.append(
             view_check(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 
 from physagent_studio.reconstruction.masks import grabcut
 from physagent_studio.reconstruction.masks.choice import Scored, agreed
-from physagent_studio.reconstruction.masks.draft_score import Draft
+from physagent_studio.reconstruction.masks.draft_score import Draft, likeness
 from physagent_studio.reconstruction.masks.ranking import Seen, ranked
 from physagent_studio.reconstruction.masks.task import Task, View
 from physagent_studio.reconstruction.photo.regions import (
@@ -20,6 +21,7 @@ from physagent_studio.reconstruction.photo.regions import (
     smooth,
     without_pinholes,
 )
+from physagent_studio.reconstruction.switches import at_work
 
 Box = tuple[float, float, float, float]
 
@@ -31,6 +33,7 @@ class DraftSettings:
     min_draft_px: int = 30  # 10..200: of the view: less is a speck
     min_window_share: float = 0.2  # 0.05..0.5: mean of the map on a hole that belongs to the thing
     max_window_share: float = 0.1  # 0.01..0.3: of the mask, of such a hole
+    same_ratio: float = 0.97  # 0.9..1: IoU of two drafts whose union tells nothing new
 
 
 DRAFTS = DraftSettings()
@@ -51,6 +54,8 @@ def found_in(
     drafts += [Draft(mask, "map", "map") for mask in shown]
     drafts = [one for one in drafts if np.count_nonzero(one.mask) >= DRAFTS.min_draft_px]
     drafts = [replace(draft, mask=_without_windows(draft.mask, maps[0])) for draft in drafts]
+    if at_work("unions of drafts"):
+        drafts += _unions(drafts)
     found = ranked(view.lab, drafts, task, task.box, Seen(maps[0], sure))
     return agreed(found, view.lab)
 
@@ -72,6 +77,16 @@ def _cut(small: NDArray[np.uint8], task: Task, box: Box, likely: BoolArray | Non
     if task.inside:
         drafts.append(Draft(clean(found, task) & within, f"{method}-part", "colour"))
     return drafts
+
+
+def _unions(drafts: Sequence[Draft]) -> list[Draft]:
+    """Any two drafts as one: of a thing of many parts each may show another one."""
+    like = likeness(drafts) if drafts else np.zeros((0, 0))
+    return [
+        Draft(one.mask | other.mask, f"{one.method}+{other.method}", "union")
+        for (i, one), (k, other) in itertools.combinations(enumerate(drafts), 2)
+        if like[i, k] < DRAFTS.same_ratio
+    ]
 
 
 def _without_windows(mask: BoolArray, chance: NDArray[np.float32]) -> BoolArray:

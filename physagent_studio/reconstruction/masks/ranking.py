@@ -13,7 +13,8 @@ from physagent_studio.reconstruction.masks.choice import Scored
 from physagent_studio.reconstruction.masks.draft_score import Draft, shown_by
 from physagent_studio.reconstruction.masks.task import Task
 from physagent_studio.reconstruction.masks.thing_map import soft_iou
-from physagent_studio.reconstruction.photo.regions import BoolArray
+from physagent_studio.reconstruction.photo.regions import BoolArray, bounds
+from physagent_studio.reconstruction.switches import at_work
 
 Box = tuple[float, float, float, float]
 
@@ -30,6 +31,9 @@ class RankingSettings:
     beyond_loss: float = 0.3
     # weight, 0..2: of its IoU with the network's map, times how sure the map is
     map_weight: float = 0.65
+    # share, 0.02..0.2: of a box that a person drew, by which a thing may end before a side of it
+    loose_share: float = 0.09
+    short_loss: float = 0.6  # weight, 0..2: of what it ends before the sides beyond that
     denied_loss: float = 0.5  # score, 0.1..1: of a draft that covers all clicks outside
     spot_px: int = 8  # 2..20: of the view, about a click: a person points no better
 
@@ -68,8 +72,22 @@ def ranked(
             + RANKING.map_weight * seen.sure * soft_iou(draft.mask, seen.chance)
         )
         value = value * own.covered - denied(draft.mask, task)
+        if task.drawn and at_work("tight boxes"):
+            value -= RANKING.short_loss * _short_of(draft.mask, box)
         graded.append((draft, float(np.clip(value, 0.0, 1.0))))
     return sorted(graded, key=lambda scored: -scored[1])
+
+
+def _short_of(mask: BoolArray, box: Box) -> float:
+    """How far a mask ends before the sides of a box drawn around the thing, in shares of the box,
+    summed over its sides; what a box may be drawn too wide by is none."""
+    left, top, right, low = bounds(mask)
+    wide, high = max(box[2] - box[0], 1.0), max(box[3] - box[1], 1.0)
+    gaps = (
+        (left - box[0]) / wide, (box[2] - right) / wide,
+        (top - box[1]) / high, (box[3] - low) / high,
+    )  # fmt: skip
+    return sum(max(gap - RANKING.loose_share, 0.0) for gap in gaps)
 
 
 def denied(mask: BoolArray, task: Task) -> float:

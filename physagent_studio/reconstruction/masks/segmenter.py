@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -183,6 +183,7 @@ class EmbeddedSegmenter:
         box = extent_of(seen.chance, grounding, image.shape)
         view = view_of(image, part_around(box, image.shape), self.side)
         task = task_of(grounding.model_copy(update={"box": box}), view)
+        task = replace(task, drawn=grounding.box is not None)
         maps = [seen_in(one, view, image.shape) for one in (seen.chance, *seen.looks)]
         found = found_in(view, task, maps, seen.agreement * expected_iou(seen.chance))
         return [(one, view) for one in found]

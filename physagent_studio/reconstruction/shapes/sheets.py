@@ -29,6 +29,8 @@ class SheetSettings:
 
 
 SHEET = SheetSettings()
+_NEAREST = 0.05
+"""Part of a cell that the outline is at least away from its middle: nearer, the matrix is stiff."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -127,7 +129,7 @@ def sheet_of(mask: BoolArray, straight: bool = False) -> Sheet:
     px = gx + np.where(ring, slope_x / steep * shift, 0)
     py = gy + np.where(ring, slope_y / steep * shift, 0)
     foot = _foot(inside)
-    swell = _membrane(inside, foot) * step
+    swell = _membrane(field, foot) * step
     below = np.zeros_like(foot)
     below[1:] = foot[:-1]
     below &= ring
@@ -155,11 +157,14 @@ def _foot(inside: BoolArray) -> BoolArray:
     return out
 
 
-def _membrane(inside: BoolArray, foot: BoolArray) -> FloatArray:
+def _membrane(field: NDArray[np.float32], foot: BoolArray) -> FloatArray:
     """Half thickness in cells of a body swollen over a region: √ of a Poisson solution.
 
-    It is held flat along the outline, but for the lower side of cells of the foot.
+    It is held flat along the outline, but for the lower side of cells of the foot. field: signed
+    distance to the outline, positive inside; it says where between two cells the outline runs
+    (Gibou et al. 2002: a second-order symmetric scheme), or else the surface would have its steps.
     """
+    inside = field > 0
     count = int(np.count_nonzero(inside))
     out = np.zeros(inside.shape)
     if not count:
@@ -169,11 +174,16 @@ def _membrane(inside: BoolArray, foot: BoolArray) -> FloatArray:
     rows, columns = np.nonzero(index >= 0)
     own = index[rows, columns]
     open_below = foot[rows - 1, columns - 1] & (index[rows + 1, columns] < 0)
-    entries = [(own, own, 4.0 - open_below)]
+    padded = np.pad(field, 1, constant_values=-1.0)
+    held, entries = np.zeros(count), []
     for dy, dx in ((0, 1), (0, -1), (1, 0), (-1, 0)):
         near = index[rows + dy, columns + dx]
         some = near >= 0
         entries.append((own[some], near[some], np.full(int(some.sum()), -1.0)))
+        here, there = padded[rows, columns], padded[rows + dy, columns + dx]
+        part = np.where(some, 1.0, np.clip(here / np.maximum(here - there, 1e-6), _NEAREST, 1.0))
+        held += np.where(open_below & (dy == 1), 0.0, 1 / part)
+    entries.append((own, own, held))
     r, c, v = (np.concatenate(part) for part in zip(*entries, strict=True))
     matrix = sparse.csc_matrix((v, (r, c)), (count, count))
     pressed = np.asarray(spsolve(matrix, np.full(count, 4.0)), float)

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from physagent_studio.program.scene.state import Click, Grounding
+from physagent_studio.reconstruction.masks.box_drafts import found_in
 from physagent_studio.reconstruction.masks.draft_score import Draft
 from physagent_studio.reconstruction.masks.ranking import Seen, ranked
 from physagent_studio.reconstruction.masks.segmenter import EmbeddedSegmenter
@@ -21,6 +22,7 @@ from physagent_studio.reconstruction.masks.thing_map import (
     thing_map,
 )
 from physagent_studio.reconstruction.photo.regions import bounds, iou
+from physagent_studio.reconstruction.switches import without
 
 SIZE = (240, 180)
 
@@ -123,3 +125,37 @@ def test_drafts_that_agree_with_a_sure_map_lead(sure: float) -> None:
 def test_soft_overlap_is_the_overlap_where_the_map_is_certain() -> None:
     _, disc, half = two_colours()
     assert np.isclose(soft_iou(half, disc.astype(np.float32)), iou(half, disc))
+
+
+def test_a_box_that_a_person_drew_ends_where_the_thing_ends() -> None:
+    image, disc, half = two_colours()
+    view = view_of(image, (0, 0, image.shape[1], image.shape[0]), max(image.shape))
+    drafts = [Draft(disc, "box", "colour"), Draft(half, "map", "map")]
+    x0, y0, x1, y1 = bounds(disc)
+    box = (float(x0), float(y0), float(x1), float(y1))
+    seen = Seen(half.astype(np.float32), 1.0)
+    drawn = Task((), (), box, drawn=True)
+    # The map is sure of one half, which ends in the middle of what the person drew.
+    assert ranked(view.lab, drafts, drawn, box, seen)[0][0].method == "box"
+    with without(["tight boxes"]):
+        assert ranked(view.lab, drafts, drawn, box, seen)[0][0].method == "map"
+    # Drawn too wide by a twelfth of it on every side, nothing is held against a thing.
+    wide = (x0 - 0.1 * (x1 - x0), y0 - 0.1 * (y1 - y0), x1 + 0.1 * (x1 - x0), y1 + 0.1 * (y1 - y0))
+    values = [
+        ranked(view.lab, drafts[:1], Task((), (), wide, drawn=one), wide, seen)[0][1]
+        for one in (True, False)
+    ]
+    assert values[0] == values[1]
+
+
+def test_two_parts_that_different_drafts_show_are_offered_as_one() -> None:
+    """A map that is sure of the left half, beside colours that part both halves from the ground."""
+    image, disc, half = two_colours()
+    view = view_of(image, (0, 0, image.shape[1], image.shape[0]), max(image.shape))
+    x0, y0, x1, y1 = bounds(disc)
+    maps = [one.astype(np.float32) for one in (half, disc & ~half)]
+    task = Task((), (), (float(x0), float(y0), float(x1), float(y1)), drawn=True)
+    best = found_in(view, task, maps, 1.0)[0][0]
+    assert iou(best.mask, disc) > 0.95
+    with without(["unions of drafts"]):
+        assert not any("+" in one.method for one, _ in found_in(view, task, maps, 1.0))

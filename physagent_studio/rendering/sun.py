@@ -8,7 +8,7 @@ if it agrees well enough, and new shadows fall the same way.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import cv2
 import numpy as np
@@ -36,6 +36,8 @@ _LEAST_TAKEN = 60
 _AROUND = 3.2
 """How far around an object the ground is looked at, in heights of its top over that ground."""
 _DARKEST = 0.85
+_HUE_STRAYS = 1.2
+"""How far a shadow's colour may be from that of the ground, as a ratio of logs."""
 _FAINTEST = 0.12
 _DEEP, _LEAST_DEEP = 0.3, 5
 """In how many of every fourth cell so much of it is blocked, at least: slivers have no colour."""
@@ -63,12 +65,15 @@ class Shading:
     """The ground around the objects as the photo shades it.
 
     darkness: (h, w, 3) log of the photo over the plate, ≤ 0 in shadow, 0 elsewhere. usable: (h, w)
-    where the two differ. around: (h, w) ground near the objects, without what they cover.
+    where the two differ. around: (h, w) ground near the objects, without what they cover. hue:
+    (3,) by how much the log of a shadow is multiplied on ground of its colour, as light gets into
+    it off the ground.
     """
 
     darkness: NDArray[np.float32]
     usable: NDArray[np.bool_]
     around: NDArray[np.bool_]
+    hue: FloatArray = field(default_factory=lambda: np.ones(3))
 
 
 def shading_around(
@@ -90,8 +95,11 @@ def shading_around(
     usable = around & (reduced(differs, ground.step, ground.shape) > 0.5)
     if around.sum() < _LEAST_CELLS or usable.sum() < _LEAST_TAKEN:
         return None
-    ratio = np.minimum(_tone(photo, ground) - _tone(plate, ground), 0)
-    return Shading(np.where(usable[..., None], ratio, 0).astype(np.float32), usable, around)
+    tone = _tone(plate, ground)
+    ratio = np.minimum(_tone(photo, ground) - tone, 0)
+    own = np.median(tone[usable], axis=0)
+    darkness = np.where(usable[..., None], ratio, 0).astype(np.float32)
+    return Shading(darkness, usable, around, 1 + own.max() - own)
 
 
 def estimate_sun(shading: Shading | None, batch: Batch, world: FloatArray, ground: Ground) -> Sun:
@@ -117,7 +125,7 @@ def estimate_sun(shading: Shading | None, batch: Batch, world: FloatArray, groun
         return DEFAULT
     lamp = _refined(best[2], best[0], agreement)
     blocked = blocked_by(lamp)[own]
-    strength = _strength(blocked, darkness[own])
+    strength = _strength(blocked, darkness[own], shading.hue)
     if strength.max() < _FAINTEST or np.count_nonzero(blocked > _DEEP) < _LEAST_DEEP:
         return DEFAULT
     return Sun(lamp, strength, True)
@@ -194,8 +202,13 @@ def _correlation(first: NDArray, second: NDArray) -> float:
     return float(a @ b / length) if length > 1e-9 else 0.0
 
 
-def _strength(blocked: NDArray, darkness: NDArray) -> FloatArray:
-    """(3,) how much full shadow darkens, from the log darkness (K, 3) where there is shadow."""
+def _strength(blocked: NDArray, darkness: NDArray, hue: FloatArray) -> FloatArray:
+    """(3,) how much full shadow darkens, from the log darkness (K, 3) where there is shadow.
+
+    Of a hue (3,) near that of the ground: what else is seen there comes from the thing's colours.
+    """
     total = float(blocked @ blocked)
-    slope = np.maximum(-(blocked @ darkness) / max(total, 1e-9), 0)
+    slope = np.maximum(-(blocked @ darkness) / max(total, 1e-9), 0) / hue
+    usual = float(np.median(slope))
+    slope = np.clip(slope, usual / _HUE_STRAYS, usual * _HUE_STRAYS) * hue
     return np.minimum(1 - np.exp(-slope), _DARKEST)

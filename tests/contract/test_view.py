@@ -497,6 +497,26 @@ def test_what_slides_may_tumble_once_it_has_met_something() -> None:
     assert check.ok, check.text
 
 
+@seeds
+def test_what_falls_over_to_a_side_leans_to_it(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    post = at({"name": "post", "shape": {"kind": "box", "size": [0.1, 0.1, 0.4]}}, 0.0, 0.2)
+    told = [says("topples", "post"), says("moves", "post", direction="right", distance=0.05)]
+    for off, ok in ((rng.uniform(0, 35), True), (rng.uniform(60, 170), False)):
+        force = {"magnitude": 1.0, "direction": "right", "quantity": "target_speed"}
+        push = {
+            "operator": "ApplyForce", "id": "push", "name": "post", "duration": 20,
+            "force": force | {"azimuth": off * side(rng)}, "point": [0.0, 0.0, 0.18],
+            "point_frame": "body",
+        }  # fmt: skip
+        program = scene_of([post | {"friction": 1.0}], [push], *told)
+        check = views(program)["view.lean.post"]
+        agrees(check)
+        assert check.ok == ok, check.text
+        # Where no side is told it may fall to any.
+        assert "view.lean.post" not in views(scene_of([post], [push], told[0]))
+
+
 def test_a_fall_is_as_fast_as_it_is() -> None:
     pace = {"subject": "ball", "verb": "roll", "high": 1.0}
     things = [at(BALL, 0.0, 1.5, support="air")]

@@ -327,3 +327,18 @@ def test_soft_shade_where_a_mirror_image_would_be_is_none():
     things = (Compositor(scene).frame().ids >= 0)[..., None]
     photo = np.where(things, scene.photo, (floor * (1 - shade)).astype(np.uint8))
     assert Compositor(replace(scene, photo=photo))._mirror is None
+
+
+def test_a_shadow_has_the_colour_of_its_ground_and_not_of_what_shines_into_it():
+    scene, _, _ = sunlit((-1.0, 0.1, 0.7))
+    assert scene.plate is not None
+    assert scene.photo is not None
+    things = (Compositor(scene).frame().ids >= 0)[..., None]
+    plate = scene.plate.astype(float)
+    # Something red shines into the shadow on grey ground.
+    glowing = (scene.photo / plate) ** np.array([0.4, 1.0, 1.0])
+    photo = np.where(things, scene.photo, np.clip(plate * glowing, 0, 255).astype(np.uint8))
+    sun = Compositor(replace(scene, photo=photo))._scenery.sun
+    assert sun.seen
+    depth = -np.log(1 - sun.strength)
+    assert depth.max() / depth.min() < 1.6

@@ -23,7 +23,7 @@ from physagent_studio.contract.view.basics import (
     view_code,
 )
 from physagent_studio.contract.view.bystanders import leaves_alone
-from physagent_studio.contract.view.footing import keeps_its_footing
+from physagent_studio.contract.view.footing import falls_as_told, keeps_its_footing
 from physagent_studio.contract.view.framing import gone, inside, meetings
 from physagent_studio.contract.view.pace import (
     FALL_FILLS,
@@ -69,5 +69,5 @@ def view_checks(
     found += [gone(facts, name) for name in names if name in program.contract.leaving]
     found += [*meetings(facts), *ends(facts, names), *amounts(facts), *on_wheels(facts, names)]
     found += [*in_place(facts, names), *leaves_alone(facts, names)]
-    found += keeps_its_footing(facts, names)
+    found += [*keeps_its_footing(facts, names), *falls_as_told(facts, names)]
     return tuple(found)

@@ -33,7 +33,7 @@ VIEW_CODES = {
     "inside": "framing", "pace": "pace", "fills": "pace", "meeting": "pace", "in_time": "pace",
     "ends": "not_stopped", "something": "not_visible", "calm": "stirs", "wheels": "heading",
     "amount": "pace", "place": "pace", "gone": "falls_short", "act": "falls_short",
-    "apart": "not_broken", "alone": "overshoots", "footing": "toppled",
+    "apart": "not_broken", "alone": "overshoots", "footing": "toppled", "lean": "misses",
 }  # fmt: skip
 """Code of a failed view check, by its rule: the second word of its id."""
 

@@ -1,4 +1,4 @@
-"""What is told to go along the ground, and no more, stays as it stands: it does not tip over."""
+"""What goes along the ground stays as it stands, and what falls over does so the way it is told."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import numpy as np
 from physagent_studio.contract.facts import Facts
 from physagent_studio.contract.view.basics import TIPPED, said, view_check
 from physagent_studio.contract.words import number
+from physagent_studio.program.base import DIRECTIONS
 from physagent_studio.records.judgement import Check
 
 ALONG_THE_GROUND = frozenset(("slide", "move", "push", "pull", "drift"))
@@ -15,6 +16,8 @@ _TURNING = (
     "topples", "flips", "rotates", "falls", "leaves", "airborne", "breaks", "spreads", "sways",
     "descends_slowly", "lands_in",
 )  # fmt: skip
+
+_LEVEL = ("left", "right", "away", "toward_camera")
 
 
 def keeps_its_footing(facts: Facts, names: tuple[str, ...]) -> list[Check]:
@@ -56,3 +59,39 @@ def _alone_until(facts: Facts, name: str) -> int:
     if runs.any():
         ends.append(int(runs.argmax()))
     return min(ends)
+
+
+MOST_ASIDE = 45.0
+"""Degrees between the way that something is told to fall over and the way that its top leans."""
+
+
+def falls_as_told(facts: Facts, names: tuple[str, ...]) -> list[Check]:
+    """What is told to fall over to a side leans to that side when it does."""
+    found = []
+    for name in names:
+        over, ways = said(facts.program, name, ("topples",)), said(facts.program, name, ("moves",))
+        told = {
+            way.direction
+            for way in ways
+            if way.clause in {one.clause for one in over} and way.direction in _LEVEL
+        }
+        track = facts.track(name, facts.whole())
+        if len(told) != 1 or track.outline.is_ball:
+            continue
+        tilt = track.tilt()
+        step = int((tilt >= min(TIPPED, float(tilt.max()))).argmax())
+        up = track.placed.matrices[step] @ track.placed.matrices[0].T @ np.array([0.0, 0.0, 1.0])
+        way = np.array(DIRECTIONS[next(iter(told))])[:2]
+        lean = max(float(np.linalg.norm(up[:2])), 1e-6)
+        off = float(np.degrees(np.arccos(np.clip(up[:2] @ way / lean, -1, 1))))
+        text = (
+            f"{name} falls over the way it is told to: {number(off, '°')} off ≤ {MOST_ASIDE:.0f}°: "
+            "{answer}"
+        )
+        found.append(
+            view_check(
+                "lean", name, text, 1 - off / MOST_ASIDE,
+                measured=off, threshold=MOST_ASIDE, unit="°", step=step,
+            )
+        )  # fmt: skip
+    return found

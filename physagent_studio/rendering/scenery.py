@@ -18,7 +18,14 @@ from physagent_studio.rendering.grid import enlarged, reduced
 from physagent_studio.rendering.raster import FloatArray, Lens
 from physagent_studio.rendering.settled import Settled, apart_from
 from physagent_studio.rendering.shadow import Ground, Shadows
-from physagent_studio.rendering.sun import CONTACT, DEFAULT, Sun, estimate_sun, shading_around
+from physagent_studio.rendering.sun import (
+    CONTACT,
+    DEFAULT,
+    Sun,
+    estimate_sun,
+    shading_around,
+    usual_light,
+)
 
 _VISIBLE = 1 / 300
 _SHADED = 0.3
@@ -65,6 +72,8 @@ class Scenery:
             free = free_of(masks, photo.shape[:2])
             seen = shading_around(photo, plate, free, batch, world, ground)
             sun = estimate_sun(seen, batch, world, ground)
+            if not sun.seen:
+                sun = usual_light(photo, free, batch, world, ground)
             sky = contact_light(seen, sun, batch, world, ground)
             cast = _cast(sun, batch, world, ground, plate.shape)
             settled = Settled.of(photo, plate, masks, cast, batch, points, lens)

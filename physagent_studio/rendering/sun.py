@@ -8,7 +8,7 @@ if it agrees well enough, and new shadows fall the same way.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import cv2
 import numpy as np
@@ -39,6 +39,8 @@ _DARKEST = 0.85
 _HUE_STRAYS = 1.2
 """How far a shadow's colour may be from that of the ground, as a ratio of logs."""
 _FAINTEST = 0.12
+_EVEN, _VISIBLE = 0.06, 0.03
+"""Median stray of the log tone of ground that is even, and least shadow that is seen."""
 _DEEP, _LEAST_DEEP = 0.3, 5
 """In how many of every fourth cell so much of it is blocked, at least: slivers have no colour."""
 _LEAST_CELLS = 200
@@ -129,6 +131,29 @@ def estimate_sun(shading: Shading | None, batch: Batch, world: FloatArray, groun
     if strength.max() < _FAINTEST or np.count_nonzero(blocked > _DEEP) < _LEAST_DEEP:
         return DEFAULT
     return Sun(lamp, strength, True)
+
+
+def usual_light(
+    photo: Picture, free: NDArray[np.bool_], batch: Batch, world: FloatArray, ground: Ground
+) -> Sun:
+    """The usual light, as weak as even ground shows it where its shadows would be.
+
+    free, world: see `shading_around`.
+    """
+    whole = reduced(free.astype(np.float32), ground.step, ground.shape) > 0.99
+    around = np.asarray(_around(batch, world, ground).any(0)) & whole
+    everyone = np.ones(len(batch.first) - 1)
+    blocked = Shadows.of(batch, ground, DEFAULT.lamp).blocked(world, everyone)
+    lit, dark = around & (blocked < _VISIBLE), around & (blocked > _DEEP)
+    if lit.sum() < _LEAST_CELLS or dark.sum() < _LEAST_TAKEN:
+        return DEFAULT
+    tone = _tone(photo, ground).mean(-1)
+    level = float(np.median(tone[lit]))
+    if float(np.median(np.abs(tone[lit] - level))) > _EVEN:
+        return DEFAULT
+    shown = (1 - np.exp(np.minimum(tone[dark] - level, 0))) / blocked[dark]
+    strength = float(np.clip(np.median(shown), _FAINTEST, DEFAULT.strength[0]))
+    return replace(DEFAULT, strength=np.full(3, strength))
 
 
 def _sky() -> list[Lamp]:

@@ -19,7 +19,7 @@ from physagent_studio.rendering.mirror import Mirror
 from physagent_studio.rendering.settled import _reasons
 from physagent_studio.rendering.shadow import Lamp, Shadows
 from physagent_studio.rendering.stage import Stage
-from physagent_studio.rendering.sun import CONTACT, DEFAULT, Shading
+from physagent_studio.rendering.sun import CONTACT, DEFAULT, Shading, usual_light
 from tests.rendering.scenes import FLOOR, SIZE, ball, crate, scene_of, table
 
 
@@ -342,3 +342,24 @@ def test_a_shadow_has_the_colour_of_its_ground_and_not_of_what_shines_into_it():
     assert sun.seen
     depth = -np.log(1 - sun.strength)
     assert depth.max() / depth.min() < 1.6
+
+
+@pytest.mark.parametrize("strength", [0.0, 0.35])
+def test_the_usual_light_is_as_weak_as_even_ground_shows_it(strength: float):
+    scene, _, _ = sunlit(None)
+    camera = scene.state.camera
+    assert camera is not None
+    batch = Batch.of([scene.meshes[o.name] for o in scene.state.objects])
+    ground = Stage.of(scene.state, {}, camera, lens_of(camera)).ground
+    world = batch.placed(*initial_poses(scene))
+    blocked = Shadows.of(batch, ground, DEFAULT.lamp).blocked(world, np.ones(2))
+    floor = np.full((SIZE[1], SIZE[0], 3), 220, np.uint8)
+    shade = enlarged((1 - strength * blocked)[..., None].astype(np.float32), ground.step, SIZE[::-1])
+    photo = (floor * shade.reshape(*SIZE[::-1], 1)).astype(np.uint8)
+    free = np.ones(SIZE[::-1], bool)
+    found = usual_light(photo, free, batch, world, ground)
+    assert found.strength == pytest.approx(np.full(3, max(strength, 0.12)), abs=0.06)
+    # Uneven ground does not tell.
+    rough = np.random.default_rng(2).integers(60, 220, (SIZE[1] // 16, SIZE[0] // 16, 3), np.uint8)
+    rough = cv2.resize(rough, SIZE, interpolation=cv2.INTER_NEAREST)
+    assert usual_light(rough, free, batch, world, ground) is DEFAULT

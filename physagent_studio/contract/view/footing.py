@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from physagent_studio.contract.facts import Facts
-from physagent_studio.contract.view.basics import TIPPED, said, view_check
+from physagent_studio.contract.view.basics import TIPPED, height_of, said, view_check
 from physagent_studio.contract.words import number
 from physagent_studio.program.base import DIRECTIONS
 from physagent_studio.records.judgement import Check
@@ -45,7 +45,7 @@ def keeps_its_footing(facts: Facts, names: tuple[str, ...]) -> list[Check]:
 
 
 def _alone_until(facts: Facts, name: str) -> int:
-    """The last step before it meets an object, or stands on nothing that it stood on at first."""
+    """The last step before it meets an object, or drops off what it stood on at first."""
     whole = facts.whole()
     ends = [facts.last]
     for other in facts.rollout.objects:
@@ -53,14 +53,17 @@ def _alone_until(facts: Facts, name: str) -> int:
             touching = facts.touching(name, other, whole)
             if not touching[0] and touching.any():
                 ends.append(int(touching.argmax()))
-    free = ~facts.touching_anything(name, whole)
-    lasting = max(round(0.1 / facts.dt), 1)
-    runs = np.convolve(free, np.ones(lasting), "valid") >= lasting
-    if runs.any():
-        ends.append(int(runs.argmax()))
+    height = facts.track(name, whole).positions[:, 2]
+    # What tips over hops a little, and its middle comes down a little.
+    low = height < height[0] - DROPPED * height_of(facts, name)
+    dropped = low & ~facts.touching_anything(name, whole)
+    if dropped.any():
+        ends.append(int(dropped.argmax()))
     return min(ends)
 
 
+DROPPED = 0.4
+"""How far what drops off something has come down, in its own heights."""
 MOST_ASIDE = 45.0
 """Degrees between the way that something is told to fall over and the way that its top leans."""
 

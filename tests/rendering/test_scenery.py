@@ -354,7 +354,9 @@ def test_the_usual_light_is_as_weak_as_even_ground_shows_it(strength: float):
     world = batch.placed(*initial_poses(scene))
     blocked = Shadows.of(batch, ground, DEFAULT.lamp).blocked(world, np.ones(2))
     floor = np.full((SIZE[1], SIZE[0], 3), 220, np.uint8)
-    shade = enlarged((1 - strength * blocked)[..., None].astype(np.float32), ground.step, SIZE[::-1])
+    shade = enlarged(
+        (1 - strength * blocked)[..., None].astype(np.float32), ground.step, SIZE[::-1]
+    )
     photo = (floor * shade.reshape(*SIZE[::-1], 1)).astype(np.uint8)
     free = np.ones(SIZE[::-1], bool)
     found = usual_light(photo, free, batch, world, ground)

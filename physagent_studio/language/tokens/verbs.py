@@ -47,8 +47,8 @@ VERBS: dict[str, Verb] = {
             "creep shift progress coast hurtle zip zoom dash barrel career careen scoot rush inch "
             "dart whizz whoosh ease wander budge waddle stride march scurry scamper "
             "scuttle skitter crawl cruise stagger stumble lurch jolt jerk meander steer chug "
-            "plod trek walk swim jog trot gallop amble stroll sprint roam prowl slink tiptoe hobble "
-            "prance toddle trudge",
+            "plod trek walk swim jog trot gallop amble stroll sprint roam prowl slink tiptoe "
+            "hobble prance toddle trudge",
             "drift": "drift",
             "fly": "fly soar sail swoop",
             "jump": "jump hop leap vault pounce",

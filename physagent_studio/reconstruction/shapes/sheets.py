@@ -26,11 +26,11 @@ class SheetSettings:
     chamfer_ratios: tuple[float, float] = (0.25, 0.2)  # 0..2: the same of what is deeper than round
     cells_count: int = 60  # 20..200: of the grid along the longer side
     max_cells: int = 110  # count, 40..400: along it, for thin parts
+    # 0.01..0.2: of a cell, that the outline is away from its middle: nearer, the matrix is stiff
+    nearest_share: float = 0.05
 
 
 SHEET = SheetSettings()
-_NEAREST = 0.05
-"""Part of a cell that the outline is at least away from its middle: nearer, the matrix is stiff."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -175,13 +175,13 @@ def _membrane(field: NDArray[np.float32], foot: BoolArray) -> FloatArray:
     own = index[rows, columns]
     open_below = foot[rows - 1, columns - 1] & (index[rows + 1, columns] < 0)
     padded = np.pad(field, 1, constant_values=-1.0)
-    held, entries = np.zeros(count), []
+    held, entries, least = np.zeros(count), [], SHEET.nearest_share
     for dy, dx in ((0, 1), (0, -1), (1, 0), (-1, 0)):
         near = index[rows + dy, columns + dx]
         some = near >= 0
         entries.append((own[some], near[some], np.full(int(some.sum()), -1.0)))
         here, there = padded[rows, columns], padded[rows + dy, columns + dx]
-        part = np.where(some, 1.0, np.clip(here / np.maximum(here - there, 1e-6), _NEAREST, 1.0))
+        part = np.where(some, 1.0, np.clip(here / np.maximum(here - there, 1e-6), least, 1.0))
         held += np.where(open_below & (dy == 1), 0.0, 1 / part)
     entries.append((own, own, held))
     r, c, v = (np.concatenate(part) for part in zip(*entries, strict=True))

@@ -1,4 +1,4 @@
-"""Which way a thing on wheels faces, as far as a scene says: its longer side, and a likely front."""
+"""Which way a thing on wheels faces, as far as a scene says: its longer side, a likely front."""
 
 from __future__ import annotations
 

@@ -321,6 +321,8 @@ def test_dull_ground_shows_nothing():
 def test_soft_shade_where_a_mirror_image_would_be_is_none():
     """Under a dark thing the ground gets darker towards it, as its mirror image would be."""
     scene = polished(0.5)
+    assert scene.plate is not None
+    assert scene.photo is not None
     floor = scene.plate.astype(np.float32)
     deeper = np.maximum(floor - scene.photo, 0).mean(-1) / floor.mean(-1)
     shade = cv2.GaussianBlur(deeper, (0, 0), 9)[..., None]
@@ -364,4 +366,4 @@ def test_the_usual_light_is_as_weak_as_even_ground_shows_it(strength: float):
     # Uneven ground does not tell.
     rough = np.random.default_rng(2).integers(60, 220, (SIZE[1] // 16, SIZE[0] // 16, 3), np.uint8)
     rough = cv2.resize(rough, SIZE, interpolation=cv2.INTER_NEAREST)
-    assert usual_light(rough, free, batch, world, ground) is DEFAULT
+    assert usual_light(np.asarray(rough, np.uint8), free, batch, world, ground) is DEFAULT

@@ -8,6 +8,7 @@ from physagent_studio.contract.facts import Facts
 from physagent_studio.contract.view.basics import TIPPED, height_of, said, view_check
 from physagent_studio.contract.words import number
 from physagent_studio.program.base import DIRECTIONS
+from physagent_studio.program.statements import Moves
 from physagent_studio.records.judgement import Check
 
 ALONG_THE_GROUND = frozenset(("slide", "move", "push", "pull", "drift"))
@@ -17,7 +18,7 @@ _TURNING = (
     "descends_slowly", "lands_in",
 )  # fmt: skip
 
-_LEVEL = ("left", "right", "away", "toward_camera")
+_LEVEL = frozenset(("left", "right", "away", "toward_camera"))
 
 
 def keeps_its_footing(facts: Facts, names: tuple[str, ...]) -> list[Check]:
@@ -72,19 +73,19 @@ def falls_as_told(facts: Facts, names: tuple[str, ...]) -> list[Check]:
     """What is told to fall over to a side leans to that side when it does."""
     found = []
     for name in names:
-        over, ways = said(facts.program, name, ("topples",)), said(facts.program, name, ("moves",))
+        clauses = {one.clause for one in said(facts.program, name, ("topples",))}
         told = {
-            way.direction
-            for way in ways
-            if way.clause in {one.clause for one in over} and way.direction in _LEVEL
+            way.direction: DIRECTIONS[way.direction]
+            for way in said(facts.program, name, ("moves",))
+            if isinstance(way, Moves) and way.clause in clauses and way.direction is not None
         }
         track = facts.track(name, facts.whole())
-        if len(told) != 1 or track.outline.is_ball:
+        if len(told) != 1 or not set(told) <= _LEVEL or track.outline.is_ball:
             continue
         tilt = track.tilt()
         step = int((tilt >= min(TIPPED, float(tilt.max()))).argmax())
         up = track.placed.matrices[step] @ track.placed.matrices[0].T @ np.array([0.0, 0.0, 1.0])
-        way = np.array(DIRECTIONS[next(iter(told))])[:2]
+        way = np.array(next(iter(told.values())))[:2]
         lean = max(float(np.linalg.norm(up[:2])), 1e-6)
         off = float(np.degrees(np.arccos(np.clip(up[:2] @ way / lean, -1, 1))))
         text = (

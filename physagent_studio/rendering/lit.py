@@ -137,6 +137,8 @@ class Paint:
 def bilinear(image: NDArray, where: FloatArray) -> NDArray[np.float32]:
     """Values of an image (h, w[, C]) at sample positions (K, 2), its border continued."""
     count = len(where)
+    if not count:
+        return np.zeros((0, *image.shape[2:]), np.float32)
     rows = -(-count // _STRIP)
     grid = np.zeros((rows * _STRIP, 2), np.float32)
     grid[:count] = where

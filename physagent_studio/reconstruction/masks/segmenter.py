@@ -183,7 +183,9 @@ class EmbeddedSegmenter:
         box = extent_of(seen.chance, grounding, image.shape)
         view = view_of(image, part_around(box, image.shape), self.side)
         task = task_of(grounding.model_copy(update={"box": box}), view)
-        task = replace(task, drawn=grounding.box is not None)
+        x0, y0, x1, y1 = box
+        held_out = any(x0 < c.x < x1 and y0 < c.y < y1 for c in grounding.points if not c.label)
+        task = replace(task, drawn=grounding.box is not None and not held_out)
         maps = [seen_in(one, view, image.shape) for one in (seen.chance, *seen.looks)]
         found = found_in(view, task, maps, seen.agreement * expected_iou(seen.chance))
         return [(one, view) for one in found]

@@ -17,12 +17,15 @@ _TURNING = (
     "topples", "flips", "rotates", "falls", "leaves", "airborne", "breaks", "spreads", "sways",
     "descends_slowly", "lands_in",
 )  # fmt: skip
-
+DROPPED = 0.4
+"""How far what drops off something has come down, in its own heights."""
+MOST_ASIDE = 45.0
+"""Degrees between the way that something is told to fall over and the way that its top leans."""
 _LEVEL = frozenset(("left", "right", "away", "toward_camera"))
 
 
 def keeps_its_footing(facts: Facts, names: tuple[str, ...]) -> list[Check]:
-    """Until it meets another thing, or leaves what it stands on."""
+    """What slides, is pushed or moves does not tip over, until it meets another thing or drops."""
     going = {one.subject for one in facts.program.contract.paces if one.verb in ALONG_THE_GROUND}
     found = []
     for name in (one for one in names if one in going):
@@ -33,16 +36,18 @@ def keeps_its_footing(facts: Facts, names: tuple[str, ...]) -> list[Check]:
             continue
         tilt = facts.track(name, facts.whole()).tilt()[: _alone_until(facts, name) + 1]
         most, step = float(tilt.max()), int(tilt.argmax())
-        text = (
-            f"{name} goes as it stands: it tilts by {number(most, '°')} ≤ {TIPPED:.0f}°: {{answer}}"
-        )
-        found.append(
-            view_check(
-                "footing", name, text, 1 - most / TIPPED,
-                measured=most, threshold=TIPPED, unit="°", step=step,
-            )
-        )  # fmt: skip
+        text = f"{name} goes as it stands: it tilts by"
+        found.append(_at_most("footing", name, text, most, TIPPED, step))
     return found
+
+
+def _at_most(rule: str, name: str, text: str, angle: float, most: float, step: int) -> Check:
+    """A view check that an angle is no larger than that; degrees both."""
+    figures = f"{text} {number(angle, '°')} ≤ {most:.0f}°: {{answer}}"
+    margin = 1 - angle / most
+    return view_check(
+        rule, name, figures, margin, measured=angle, threshold=most, unit="°", step=step
+    )
 
 
 def _alone_until(facts: Facts, name: str) -> int:
@@ -63,12 +68,6 @@ def _alone_until(facts: Facts, name: str) -> int:
     return min(ends)
 
 
-DROPPED = 0.4
-"""How far what drops off something has come down, in its own heights."""
-MOST_ASIDE = 45.0
-"""Degrees between the way that something is told to fall over and the way that its top leans."""
-
-
 def falls_as_told(facts: Facts, names: tuple[str, ...]) -> list[Check]:
     """What is told to fall over to a side leans to that side when it does."""
     found = []
@@ -82,20 +81,15 @@ def falls_as_told(facts: Facts, names: tuple[str, ...]) -> list[Check]:
         track = facts.track(name, facts.whole())
         if len(told) != 1 or not set(told) <= _LEVEL or track.outline.is_ball:
             continue
-        tilt = track.tilt()
-        step = int((tilt >= min(TIPPED, float(tilt.max()))).argmax())
+        over = track.tilt() >= TIPPED
+        if not over.any():
+            # That it does not fall over at all is said by its contract.
+            continue
+        step = int(over.argmax())
         up = track.placed.matrices[step] @ track.placed.matrices[0].T @ np.array([0.0, 0.0, 1.0])
         way = np.array(next(iter(told.values())))[:2]
         lean = max(float(np.linalg.norm(up[:2])), 1e-6)
         off = float(np.degrees(np.arccos(np.clip(up[:2] @ way / lean, -1, 1))))
-        text = (
-            f"{name} falls over the way it is told to: {number(off, '°')} off ≤ {MOST_ASIDE:.0f}°: "
-            "{answer}"
-        )
-        found.append(
-            view_check(
-                "lean", name, text, 1 - off / MOST_ASIDE,
-                measured=off, threshold=MOST_ASIDE, unit="°", step=step,
-            )
-        )  # fmt: skip
+        text = f"{name} leans aside of the way it is told to fall by"
+        found.append(_at_most("lean", name, text, off, MOST_ASIDE, step))
     return found

@@ -81,9 +81,15 @@ def _cut(small: NDArray[np.uint8], task: Task, box: Box, likely: BoolArray | Non
 
 def _unions(drafts: Sequence[Draft]) -> list[Draft]:
     """Any two drafts as one: of a thing of many parts each may show another one."""
-    like = likeness(drafts) if drafts else np.zeros((0, 0))
+    if not drafts:
+        return []
+    like = likeness(drafts)
     return [
-        Draft(one.mask | other.mask, f"{one.method}+{other.method}", "union")
+        Draft(
+            one.mask | other.mask,
+            f"{one.method}+{other.method}",
+            one.family if one.family == other.family else "union",
+        )
         for (i, one), (k, other) in itertools.combinations(enumerate(drafts), 2)
         if like[i, k] < DRAFTS.same_ratio
     ]

@@ -25,7 +25,8 @@ _SQUARE = np.ones((3, 3), np.uint8)
 class Draft:
     """A candidate before it is scored.
 
-    method: short name. family: what it goes by: colour, contour, the map, or another draft.
+    method: short name. family: what it goes by: colour, contour, the map, a union of two families,
+    or another draft.
     """
 
     mask: BoolArray

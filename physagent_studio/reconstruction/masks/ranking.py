@@ -72,7 +72,7 @@ def ranked(
             + RANKING.map_weight * seen.sure * soft_iou(draft.mask, seen.chance)
         )
         value = value * own.covered - denied(draft.mask, task)
-        if task.drawn and at_work("tight boxes"):
+        if task.tight and at_work("tight boxes"):
             value -= RANKING.short_loss * _short_of(draft.mask, box)
         graded.append((draft, float(np.clip(value, 0.0, 1.0))))
     return sorted(graded, key=lambda scored: -scored[1])

@@ -157,7 +157,7 @@ class EmbeddedSegmenter:
             maps = [thing_map(image, Grounding(points=(click,))) for click in grounding.points]
             every = np.maximum.reduce([one.chance for one in maps if one is not None])
             best = self._around(image, grounding, every) if (every > 0.5).any() else []
-            best.sort(key=lambda one: one[0][0].method == "map")
+            best.sort(key=lambda one: one[0][0].family == "map")
         return full_size(image, *best[0]).mask if best else None
 
     def _around(
@@ -174,21 +174,32 @@ class EmbeddedSegmenter:
     def _best(self, image: Image, grounding: Grounding) -> list[tuple[tuple[Draft, float], View]]:
         """What looks like the places that were marked, best first, as it is on a view of them."""
         seen = thing_map(image, grounding)
-        return [] if seen is None else self._found(image, grounding, seen)
+        if seen is None:
+            return []
+        return self._found(image, grounding, seen, tight=_is_tight(grounding))
 
     def _found(
-        self, image: Image, grounding: Grounding, seen: ThingMap
+        self, image: Image, grounding: Grounding, seen: ThingMap, *, tight: bool = False
     ) -> list[tuple[tuple[Draft, float], View]]:
         """The same by a map of the thing. Clicks become a box around what it shows."""
         box = extent_of(seen.chance, grounding, image.shape)
         view = view_of(image, part_around(box, image.shape), self.side)
-        task = task_of(grounding.model_copy(update={"box": box}), view)
-        x0, y0, x1, y1 = box
-        held_out = any(x0 < c.x < x1 and y0 < c.y < y1 for c in grounding.points if not c.label)
-        task = replace(task, drawn=grounding.box is not None and not held_out)
+        task = replace(task_of(grounding.model_copy(update={"box": box}), view), tight=tight)
         maps = [seen_in(one, view, image.shape) for one in (seen.chance, *seen.looks)]
         found = found_in(view, task, maps, seen.agreement * expected_iou(seen.chance))
         return [(one, view) for one in found]
+
+
+def _is_tight(own: Grounding) -> bool:
+    """Whether a person drew a box around the thing and left all of it in: what a click inside the
+    box holds out may have reached its sides."""
+    if own.box is None:
+        return False
+    x0, y0, x1, y1 = own.box
+    (left, right), (top, low) = sorted((x0, x1)), sorted((y0, y1))
+    return not any(
+        left < click.x < right and top < click.y < low for click in own.points if not click.label
+    )
 
 
 def apart(groundings: Sequence[tuple[str, Grounding]]) -> list[tuple[str, Grounding]]:

@@ -39,13 +39,13 @@ OUTLINE = OutlineSettings()
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Task:
-    """One thing to segment, in pixels of the small picture. drawn: whether a person drew the box,
-    which then ends where the thing ends."""
+    """One thing to segment, in pixels of the small picture. tight: whether the box ends where the
+    thing ends."""
 
     inside: tuple[Pixel, ...]
     outside: tuple[Pixel, ...]
     box: tuple[float, float, float, float] | None
-    drawn: bool = False
+    tight: bool = False
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -134,15 +134,15 @@ def test_a_box_that_a_person_drew_ends_where_the_thing_ends() -> None:
     x0, y0, x1, y1 = bounds(disc)
     box = (float(x0), float(y0), float(x1), float(y1))
     seen = Seen(half.astype(np.float32), 1.0)
-    drawn = Task((), (), box, drawn=True)
+    tight = Task((), (), box, tight=True)
     # The map is sure of one half, which ends in the middle of what the person drew.
-    assert ranked(view.lab, drafts, drawn, box, seen)[0][0].method == "box"
+    assert ranked(view.lab, drafts, tight, box, seen)[0][0].method == "box"
     with without(["tight boxes"]):
-        assert ranked(view.lab, drafts, drawn, box, seen)[0][0].method == "map"
+        assert ranked(view.lab, drafts, tight, box, seen)[0][0].method == "map"
     # Drawn too wide by a twelfth of it on every side, nothing is held against a thing.
     wide = (x0 - 0.1 * (x1 - x0), y0 - 0.1 * (y1 - y0), x1 + 0.1 * (x1 - x0), y1 + 0.1 * (y1 - y0))
     values = [
-        ranked(view.lab, drafts[:1], Task((), (), wide, drawn=one), wide, seen)[0][1]
+        ranked(view.lab, drafts[:1], Task((), (), wide, tight=one), wide, seen)[0][1]
         for one in (True, False)
     ]
     assert values[0] == values[1]
@@ -154,7 +154,7 @@ def test_two_parts_that_different_drafts_show_are_offered_as_one() -> None:
     view = view_of(image, (0, 0, image.shape[1], image.shape[0]), max(image.shape))
     x0, y0, x1, y1 = bounds(disc)
     maps = [one.astype(np.float32) for one in (half, disc & ~half)]
-    task = Task((), (), (float(x0), float(y0), float(x1), float(y1)), drawn=True)
+    task = Task((), (), (float(x0), float(y0), float(x1), float(y1)), tight=True)
     best = found_in(view, task, maps, 1.0)[0][0]
     assert iou(best.mask, disc) > 0.95
     with without(["unions of drafts"]):

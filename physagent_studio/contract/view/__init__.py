@@ -3,8 +3,8 @@
 They speak of the picture, from outlines through the camera (`picture`): is it in the frame, slow
 enough to be followed, long enough to be seen, as the photograph at the start and as told at the
 end? `framing`, `pace`, `staging`, `footing` and `amounts` (no faster than the verb, along its own
-wheels) measure it. What needs drawn silhouettes comes as `Drawn`. No check where there is no camera or no
-run.
+wheels) measure it. What needs drawn silhouettes comes as `Drawn`. No check where there is no camera
+or no run.
 """
 
 from __future__ import annotations

@@ -16,8 +16,10 @@ class FacingSettings:
     """What shows which way a thing lies, and which of its ends is taken for the front."""
 
     min_long_ratio: float = 1.3  # 1.1..2: length over width of what shows which way it lies
-    # cosine, 0.1..0.7: of its axis and the line of sight, from which one end is the nearer one
-    min_near_cosine: float = math.cos(math.radians(67.5))
+    # cosine, 0.1..0.7: of its axis and a way, from which one of its ends lies that way
+    min_along_cosine: float = math.cos(math.radians(67.5))
+    # share, 0..0.3: of the picture's width, off its middle: what has more room before it than that
+    min_room_share: float = 0.1
 
 
 FACING = FacingSettings()
@@ -45,7 +47,7 @@ def long_axis(layout: Layout, name: str) -> tuple[FloatArray, bool]:
 
 def likely_front(layout: Layout, name: str) -> FloatArray | None:
     """Level unit direction (3,) in which a thing on wheels is likely to face: as its wheels have it
-    already, else as photographs are taken, from before it or with more room before it than behind
+    already, else as photographs are taken, with more room before it than behind it, or from before
     it. None for what has no front."""
     item, kind = layout.state.object(name), kind_of(name)
     if kind is not None and kind.wheels == "any_way":
@@ -60,6 +62,16 @@ def likely_front(layout: Layout, name: str) -> FloatArray | None:
         axis = np.array([-axis[1], axis[0], 0.0])
     if not shown:
         return np.array([0.0, -1.0, 0.0])
-    if abs(axis[1]) > FACING.min_near_cosine:
-        return axis if axis[1] < 0 else -axis
-    return -axis if axis[0] * layout.position(name)[0] > 0 else axis
+    aside = _off_the_middle(layout, name)
+    across = abs(axis[0]) > FACING.min_along_cosine
+    if abs(axis[1]) < FACING.min_along_cosine or (across and abs(aside) > FACING.min_room_share):
+        return -axis if axis[0] * aside > 0 else axis
+    return axis if axis[1] < 0 else -axis
+
+
+def _off_the_middle(layout: Layout, name: str) -> float:
+    """How far right of the picture's middle a thing is, in shares of the width."""
+    camera, spot = layout.state.camera, layout.position(name)
+    if camera is None:
+        return float(spot[0])
+    return float(camera.project(spot[None])[0][0, 0]) / camera.size[0] - 0.5

@@ -64,8 +64,11 @@ def test_it_sets_out_along_its_axis_with_the_end_that_goes_first(turn, prompt, h
 @pytest.mark.parametrize(
     ("turn", "x", "prompt", "goes"),
     [
-        # From before it, or with more room before it than behind it, is how pictures are taken.
+        # With more room before it than behind it, or from before it, is how pictures are taken.
         (80, 0.0, "The toy car drives forward.", 260),
+        (50, -0.6, "The toy car drives forward.", 50),
+        (50, 0.6, "The toy car drives forward.", 230),
+        (130, 0.6, "The toy car drives forward.", 130),
         (0, 0.4, "The toy car drives forward.", 180),
         (0, -0.4, "The toy car drives forward.", 0),
         (0, -0.4, "The toy car drives backwards.", 180),

@@ -60,7 +60,13 @@ def likely_front(layout: Layout, name: str) -> FloatArray | None:
     axis, shown = long_axis(layout, name)
     if kind.wheels == "short_axis":
         axis = np.array([-axis[1], axis[0], 0.0])
-    if not shown:
+    return likely_end(layout, name, axis if shown else None)
+
+
+def likely_end(layout: Layout, name: str, axis: FloatArray | None) -> FloatArray:
+    """Which way along its axis (3,), level unit, a thing is likely to face; see `likely_front`. It
+    faces the camera where no axis is seen."""
+    if axis is None:
         return np.array([0.0, -1.0, 0.0])
     aside = _off_the_middle(layout, name)
     across = abs(axis[0]) > FACING.min_along_cosine

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from physagent_studio.agent.rules.scene import mechanics as mech
-from physagent_studio.agent.rules.scene.facing import long_axis
+from physagent_studio.agent.rules.scene.facing import likely_end, long_axis
 from physagent_studio.agent.rules.scene.measures import (
     WAYS,
     FloatArray,
@@ -98,8 +98,12 @@ def _wheels(
     keeps = shown and not on_slope and kind.wheels != "any_way"
     if way is None and task is not None and scripts.turns_off(task):
         axis = scripts.room_ahead(layout, item.name, axis)
-    goes = axis if way is None else _facing(axis, way, keeps, bound)
     backwards = task is not None and task.backwards
+    if task is not None and task.goes_its_own_way and not on_slope:
+        # The outline says less than the sides on which it is seen to stand.
+        front = likely_end(layout, item.name, axis if shown else None)
+        way = -front if backwards else front
+    goes = axis if way is None else _facing(axis, way, keeps, bound)
     front = -goes if backwards else goes
     heading = round(math.degrees(math.atan2(front[1], front[0])), 1) % 360
     rolling = None if task is None else rolling_for(task) or _rolling_to_stop(task)

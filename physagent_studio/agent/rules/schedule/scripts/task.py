@@ -79,6 +79,12 @@ class Task:
         said = (f for f in self.intent.frames if not f.agent)
         return any(f.direction == "backward" or "backwards" in f.manner for f in said)
 
+    @property
+    def goes_its_own_way(self) -> bool:
+        """Whether the prompt has it go forward or backward, whichever way that is."""
+        ways = [f.direction for f in self.intent.frames if not f.agent and f.direction]
+        return bool(ways) and set(ways) <= {"forward", "backward"}
+
     def axis_way(self) -> FloatArray | None:
         """Level unit direction (3,) in which it can be set going on its wheels; None without."""
         if self.wheels is None:

@@ -32,7 +32,6 @@ PLATES = {
     "scraps": "small bits that stand out of smooth ground beside it leave too",
     "floor reflections": "mirror images on polished ground leave",
     "cast shadows": "shade at the feet leaves",
-    "shade ends": "what is dark to the border of the picture or of a face is no shade",
     "shade of stacks": "what stands on a thing makes its shade longer",
     "deeper shade": "darker and darker shade is tried where it ends at paint",
     "narrow gaps": "what a thing encloses leaves with it where that is narrow",

@@ -8,7 +8,7 @@ if it agrees well enough, and new shadows fall the same way.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -75,7 +75,7 @@ class Shading:
     darkness: NDArray[np.float32]
     usable: NDArray[np.bool_]
     around: NDArray[np.bool_]
-    hue: FloatArray = field(default_factory=lambda: np.ones(3))
+    hue: FloatArray
 
 
 def shading_around(
@@ -91,8 +91,7 @@ def shading_around(
 
     free: (H, W) where no object is. world: (V, 3) vertices at the initial pose.
     """
-    whole = reduced(free.astype(np.float32), ground.step, ground.shape) > 0.99
-    around = np.asarray(_around(batch, world, ground).any(0)) & whole
+    around = _free_around(free, batch, world, ground)
     differs = (photo != plate).any(-1).astype(np.float32)
     usable = around & (reduced(differs, ground.step, ground.shape) > 0.5)
     if around.sum() < _LEAST_CELLS or usable.sum() < _LEAST_TAKEN:
@@ -140,8 +139,7 @@ def usual_light(
 
     free, world: see `shading_around`.
     """
-    whole = reduced(free.astype(np.float32), ground.step, ground.shape) > 0.99
-    around = np.asarray(_around(batch, world, ground).any(0)) & whole
+    around = _free_around(free, batch, world, ground)
     everyone = np.ones(len(batch.first) - 1)
     blocked = Shadows.of(batch, ground, DEFAULT.lamp).blocked(world, everyone)
     lit, dark = around & (blocked < _VISIBLE), around & (blocked > _DEEP)
@@ -203,6 +201,14 @@ def _around(batch: Batch, world: FloatArray, ground: Ground) -> NDArray[np.bool_
         reach = _AROUND * (high[2] - z) + np.hypot(*(high - low)[:2]) / 2
         near[index] = np.isfinite(z) & (z < low[2] + 0.5 * (high[2] - low[2])) & (away < reach)
     return near
+
+
+def _free_around(
+    free: NDArray[np.bool_], batch: Batch, world: FloatArray, ground: Ground
+) -> NDArray[np.bool_]:
+    """(h, w) the same of all objects, where none of them is seen; free: (H, W)."""
+    whole = reduced(free.astype(np.float32), ground.step, ground.shape) > 0.99
+    return np.asarray(_around(batch, world, ground).any(0)) & whole
 
 
 def _tone(picture: Picture, ground: Ground) -> FloatArray:

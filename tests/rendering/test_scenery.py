@@ -187,18 +187,24 @@ def test_as_built_shows_what_the_reconstruction_made():
     assert np.abs(built.rgb.astype(int) - scene.photo)[beside].mean() > 20
 
 
-@pytest.mark.parametrize("dark", [0.0, 0.6])
-def test_the_shade_at_a_foot_is_as_dark_as_the_photo_shows_it(dark: float):
+def under_the(lamp):
+    """Two things on their ground and what they keep of a lamp from it: the batch, the ground, the
+    vertices (V, 3) in the world and the share (h, w) that is blocked."""
     scene, _, _ = sunlit(None)
     camera = scene.state.camera
     assert camera is not None
     batch = Batch.of([scene.meshes[o.name] for o in scene.state.objects])
     ground = Stage.of(scene.state, {}, camera, lens_of(camera)).ground
     world = batch.placed(*initial_poses(scene))
-    blocked = Shadows.of(batch, ground, CONTACT.lamp).blocked(world, np.ones(2))
+    return batch, ground, world, Shadows.of(batch, ground, lamp).blocked(world, np.ones(2))
+
+
+@pytest.mark.parametrize("dark", [0.0, 0.6])
+def test_the_shade_at_a_foot_is_as_dark_as_the_photo_shows_it(dark: float):
+    batch, ground, world, blocked = under_the(CONTACT.lamp)
     seen = np.repeat(np.log(1 - dark * blocked)[..., None], 3, 2).astype(np.float32)
     everywhere = np.ones(ground.shape, bool)
-    shading = Shading(seen, everywhere, everywhere)
+    shading = Shading(seen, everywhere, everywhere, np.ones(3))
     found = contact_light(shading, DEFAULT, batch, world, ground).strength
     assert found == pytest.approx(np.full(3, max(dark, 0.4)), abs=0.05)
     assert contact_light(None, DEFAULT, batch, world, ground) is CONTACT
@@ -348,13 +354,7 @@ def test_a_shadow_has_the_colour_of_its_ground_and_not_of_what_shines_into_it():
 
 @pytest.mark.parametrize("strength", [0.0, 0.35])
 def test_the_usual_light_is_as_weak_as_even_ground_shows_it(strength: float):
-    scene, _, _ = sunlit(None)
-    camera = scene.state.camera
-    assert camera is not None
-    batch = Batch.of([scene.meshes[o.name] for o in scene.state.objects])
-    ground = Stage.of(scene.state, {}, camera, lens_of(camera)).ground
-    world = batch.placed(*initial_poses(scene))
-    blocked = Shadows.of(batch, ground, DEFAULT.lamp).blocked(world, np.ones(2))
+    batch, ground, world, blocked = under_the(DEFAULT.lamp)
     floor = np.full((SIZE[1], SIZE[0], 3), 220, np.uint8)
     shade = enlarged(
         (1 - strength * blocked)[..., None].astype(np.float32), ground.step, SIZE[::-1]

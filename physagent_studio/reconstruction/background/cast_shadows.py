@@ -141,8 +141,7 @@ def _around(
             break
         found = _shade(place, tones, times)
         if not found.any() or _ends_lit(found, tones, place.ground, bare):
-            whole = found if times == 1 or not found.any() else _faded(found, place, tones)
-            return _ending(whole, place) if at_work("shade ends") else whole
+            return found if times == 1 or not found.any() else _faded(found, place, tones)
     return np.zeros_like(own)
 
 
@@ -206,21 +205,6 @@ def _faded(shade: BoolArray, place: _Place, tones: Tones) -> BoolArray:
         beside = cv2.blur(np.where(out, smooth, 0).astype(np.float32), (3, 3))
         out = out | (grow(out, 1) & faint & (smooth * count < fades_ratio * beside))
     return out
-
-
-def _ending(shade: BoolArray, place: _Place) -> BoolArray:
-    """Those parts of a shade that end on the ground: what mostly goes on beyond the picture's
-    border, or the face that is stood on, is dark by itself."""
-    shown, seen, own = (np.pad(one, 1) for one in (shade, place.near, place.inside))
-    count, labels = cv2.connectedComponents(shown.astype(np.uint8))
-    kept = np.zeros_like(shown)
-    cut_ratio = 2.0  # 0.5..5: of a rim where nothing is looked at, over that on the ground
-    for label in range(1, count):
-        part = labels == label
-        rim = grow(part, 1) & ~part & ~own
-        if cut_ratio * np.count_nonzero(rim & seen) >= np.count_nonzero(rim & ~seen):
-            kept |= part
-    return kept[1:-1, 1:-1]
 
 
 def _ends_lit(shade: BoolArray, tones: Tones, ground: BoolArray, bare: float) -> bool:

@@ -80,3 +80,18 @@ def test_a_sliver_of_a_mask_still_gets_a_body(slope):
     sheet = sheet_of(mask)
     assert len(sheet.faces)
     assert np.isfinite(sheet.pixels).all()
+
+
+@pytest.mark.parametrize("radius", [60, 100])
+def test_the_body_of_a_disc_is_a_ball_up_to_its_outline(radius):
+    """Next to the outline, where its distance from the grid's cells makes most of the difference."""
+    rows, columns = np.mgrid[:300, :300] + 0.5 - 150
+    sheet = sheet_of(np.hypot(rows, columns) < radius)
+    away = sheet.pixels - 150
+    off = np.hypot(*away.T)
+    ball = np.sqrt(np.maximum(radius**2 - off**2, 1))
+    upper = (away[:, 1] < -0.2 * radius) & ~sheet.rim
+    ratio = sheet.swell / ball / np.median((sheet.swell / ball)[upper & (off < 0.8 * radius)])
+    rim = ratio[upper & (off > 0.97 * radius)]
+    assert rim.mean() == pytest.approx(1, abs=0.05)
+    assert rim.std() < 0.1

@@ -86,9 +86,9 @@ class Mirror:
             if both.sum() < max(_LEAST, _TAKEN * mine.sum()) or _alike(x, y) < _ALIKE:
                 continue
             # Shade darkens all of it, but does not vary with the thing, in colour and in detail.
-            varies = _alike(x - x.mean(0), y - y.mean(0))
-            rest = [_unshaded(d, after[both], pixel[both], shape) for d in (x, y)]
-            if varies > _VARIES and _alike(*rest) > _APART:
+            if _alike(x - x.mean(0), y - y.mean(0)) <= _VARIES:
+                continue
+            if _alike(*(_unshaded(d, after[both], pixel[both], shape) for d in (x, y))) > _APART:
                 found.append(float((x * y).sum() / (x * x).sum()))
         strength = min(max(found, default=0.0), _STRENGTH[1])
         return replace(whole, strength=strength) if strength > _STRENGTH[0] else None

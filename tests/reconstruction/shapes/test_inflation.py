@@ -84,7 +84,7 @@ def test_a_sliver_of_a_mask_still_gets_a_body(slope):
 
 @pytest.mark.parametrize("radius", [60, 100])
 def test_the_body_of_a_disc_is_a_ball_up_to_its_outline(radius):
-    """Next to the outline, where its distance from the grid's cells makes most of the difference."""
+    """Next to the outline, where its distance from the grid's cells matters most."""
     rows, columns = np.mgrid[:300, :300] + 0.5 - 150
     sheet = sheet_of(np.hypot(rows, columns) < radius)
     away = sheet.pixels - 150

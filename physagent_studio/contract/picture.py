@@ -122,7 +122,7 @@ def _marks(outline: Outline) -> FloatArray:
         return middle[None]
     axes = np.eye(3) if outline.axis is None else np.array([outline.axis])
     ends = np.concatenate([outline.support(axes), outline.support(-axes)])
-    on_axes = ends * np.tile(np.abs(axes), (2, 1))
+    on_axes = middle + (ends - middle) * np.tile(np.abs(axes), (2, 1))
     return np.concatenate([middle[None], on_axes])
 
 

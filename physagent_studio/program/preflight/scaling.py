@@ -40,7 +40,7 @@ def _vector(
 
 def shape_scaled(shape: forms.Shape, factor: float) -> forms.Shape:
     """The shape with all its lengths multiplied."""
-    kept = {"kind", "asset", "thickness"}
+    kept = {"kind", "asset", "thickness", "flat", "straight", "turn"}
     lengths = shape.model_dump(mode="json", exclude=kept, exclude_none=True)
     larger = {name: _multiplied(value, factor) for name, value in lengths.items()}
     return type(shape).model_validate({**shape.model_dump(mode="json"), **larger})

@@ -110,7 +110,8 @@ class Inflated(Frozen):
     lies, so that its outline is that of the level plane rather than of an upright one. `straight`:
     front and back are flat, and its sides run straight from one to the other, with a rounded rim.
     `turn`: degrees of its length, seen from above: one side of it over all its width, which is
-    `thickness` times its length; None for what faces the view.
+    `thickness` times its length; None for what faces the view. `centre`: the middle of the
+    bounding box seen from the centre of mass, body frame, metres.
     """
 
     kind: Literal["inflated"] = "inflated"
@@ -119,14 +120,19 @@ class Inflated(Frozen):
     flat: bool = False
     straight: bool = False
     turn: Annotated[float, Field(ge=-360, le=360)] | None = None
+    centre: Position = (0.0, 0.0, 0.0)
 
 
 class Meshed(Frozen):
-    """A triangle mesh given by value; `asset` is the content hash of the stored mesh."""
+    """A triangle mesh given by value; `asset` is the content hash of the stored mesh.
+
+    `size` and `centre`: as of what is inflated.
+    """
 
     kind: Literal["mesh"] = "mesh"
     asset: Annotated[str, Field(pattern=r"^[0-9a-f]{16,64}$")]
     size: Size
+    centre: Position = (0.0, 0.0, 0.0)
 
 
 Shape = Annotated[

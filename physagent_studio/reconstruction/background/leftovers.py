@@ -91,8 +91,8 @@ def _standing_out(photo: Image, hole: BoolArray, beside: BoolArray, reach: int) 
     spread = max(3.0, LEFTOVER.ground_ratio * reach)
     off = np.zeros(hole.shape, np.float32)
     for _ in range(3):
-        count = cv2.GaussianBlur(weight, (0, 0), spread)[..., None]
-        mean = cv2.GaussianBlur(picture * weight[..., None], (0, 0), spread)
+        count = _blurred(weight, spread)[..., None]
+        mean = _blurred(picture * weight[..., None], spread)
         off = np.abs(picture - mean / np.maximum(count, 1e-4)).max(-1)
         weight = (~hole) / (1 + (off / LEFTOVER.least_off_levels) ** 2).astype(np.float32)
     if not beside.any():
@@ -101,6 +101,19 @@ def _standing_out(photo: Image, hole: BoolArray, beside: BoolArray, reach: int) 
     if usual > LEFTOVER.least_off_levels / 2:
         return None
     return beside & (off > LEFTOVER.least_off_levels)
+
+
+def _blurred(picture: FloatImage, spread: float) -> FloatImage:
+    """The picture (H, W) or (H, W, C) blurred by so many pixels; far, on a smaller one."""
+    fine_px = 8.0  # 4..20: spread up to which every pixel is looked at
+    if spread <= fine_px:
+        return cv2.GaussianBlur(picture, (0, 0), spread)
+    rows, columns = picture.shape[:2]
+    size = max(round(columns * fine_px / spread), 1), max(round(rows * fine_px / spread), 1)
+    small = cv2.GaussianBlur(
+        cv2.resize(picture, size, interpolation=cv2.INTER_AREA), (0, 0), fine_px
+    )
+    return cv2.resize(small, (columns, rows), interpolation=cv2.INTER_LINEAR)
 
 
 def _of_one(lab: Image, mask: BoolArray, hole: BoolArray, reach: int) -> BoolArray:

@@ -51,6 +51,8 @@ def found_in(
         return []
     shown = [one > 0.5 for one in maps]
     drafts = _cut(view.small, task, task.box, None) + _cut(view.small, task, task.box, shown[0])
+    if at_work("rare colours") and (rare := _rare(view, task.box)).any():
+        drafts += _cut(view.small, task, task.box, rare)
     drafts += [Draft(mask, "map", "map") for mask in shown]
     drafts = [one for one in drafts if np.count_nonzero(one.mask) >= DRAFTS.min_draft_px]
     drafts = [replace(draft, mask=_without_windows(draft.mask, maps[0])) for draft in drafts]
@@ -77,6 +79,20 @@ def _cut(small: NDArray[np.uint8], task: Task, box: Box, likely: BoolArray | Non
     if task.inside:
         drafts.append(Draft(clean(found, task) & within, f"{method}-part", "colour"))
     return drafts
+
+
+def _rare(view: View, box: Box) -> BoolArray:
+    """(h, w) what is in a box, of colours that are rarer around it.
+
+    A cut that takes all of a box for the thing learns the ground's colours as the thing's where
+    much of it shows: through rings and handles, between legs.
+    """
+    x0, y0, x1, y1 = (int(side) for side in box)
+    within = np.zeros(view.lab.shape[:2], bool)
+    within[max(0, y0) : y1 + 1, max(0, x0) : x1 + 1] = True
+    if within.all():
+        return np.zeros_like(within)
+    return within & (grabcut.likelihood_ratio(view.lab, within, ~within) > 0)
 
 
 def _unions(drafts: Sequence[Draft]) -> list[Draft]:

@@ -7,13 +7,20 @@ of the ground and none of the thing's: panels, cuffs and poles in a colour of th
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import cv2
 import numpy as np
 
 from physagent_studio.reconstruction.masks.grabcut import cut, likelihood_ratio
-from physagent_studio.reconstruction.photo.regions import BoolArray, bounds, grow, shrink
+from physagent_studio.reconstruction.photo.regions import (
+    BoolArray,
+    bounds,
+    grow,
+    resized,
+    shrink,
+)
 from physagent_studio.records.case import Image
 
 
@@ -29,6 +36,8 @@ class GroundSettings:
     min_ground_share: float = 0.2
     min_told_px: int = 30  # 10..300: of ground, from which its colours are told
     blur_ratio: float = 1 / 250  # 0..0.02: over the mask's longer side: sand has no edges
+    # 200..2000: the longer side of what is looked at: blurred so much, more shows nothing more
+    max_side_px: int = 500
 
 
 GROUND = GroundSettings()
@@ -58,7 +67,7 @@ def without_ground(photo: Image, mask: BoolArray, others: BoolArray) -> BoolArra
     calm = np.asarray(
         cv2.GaussianBlur(photo[window], (0, 0), max(0.6, GROUND.blur_ratio * side)), np.uint8
     )
-    gone = _cut_off(calm, own, low, ground)
+    gone = _cut_off(calm, own, low, ground, min(1.0, GROUND.max_side_px / max(own.shape)))
     share = np.count_nonzero(gone) / np.count_nonzero(own)
     if not GROUND.area_shares[0] < share < GROUND.area_shares[1] or not _of_the_ground(
         calm, gone, upper, ground
@@ -69,8 +78,20 @@ def without_ground(photo: Image, mask: BoolArray, others: BoolArray) -> BoolArra
     return out
 
 
-def _cut_off(calm: Image, own: BoolArray, low: BoolArray, ground: BoolArray) -> BoolArray:
-    """(h, w) the parts of the mask at its outline that a graph cut gives to the ground."""
+def _cut_off(
+    calm: Image, own: BoolArray, low: BoolArray, ground: BoolArray, scale: float
+) -> BoolArray:
+    """(h, w) the parts of the mask at its outline that a graph cut gives to the ground.
+
+    scale: of the picture on which it is sought, up to 1.
+    """
+    if scale < 1:
+        small = [cv2.resize(calm, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)]
+        size = small[0].shape[1], small[0].shape[0]
+        parts = [resized(part, size) for part in (own, low, ground)]
+        gone = resized(_cut_off(*small, *parts, 1.0), (own.shape[1], own.shape[0]))
+        # No rim of it stays at the outline.
+        return own & grow(gone, math.ceil(1 / scale))
     trimap = np.full(own.shape, cv2.GC_BGD, np.uint8)
     trimap[own] = cv2.GC_FGD
     trimap[own & low] = cv2.GC_PR_FGD

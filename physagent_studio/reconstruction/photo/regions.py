@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
@@ -10,6 +11,17 @@ from numpy.typing import NDArray
 
 from physagent_studio.arrays import BoolArray
 
+
+@dataclass(frozen=True, slots=True)
+class RegionSettings:
+    """How masks are widened and narrowed by much."""
+
+    # 8..40: from which the distances of all pixels are sooner known than a disc is laid on each
+    wide_px: int = 16
+    rounded_px: float = 0.3  # 0..0.5: by which OpenCV's discs of such radii reach beyond them
+
+
+REGIONS = RegionSettings()
 FloatArray = NDArray[np.float32]
 Pixel = tuple[float, float]
 
@@ -28,12 +40,25 @@ def disc(radius: int) -> NDArray[np.uint8]:
 
 def grow(mask: BoolArray, radius: int) -> BoolArray:
     """The mask widened by `radius` pixels."""
-    return cv2.dilate(mask.astype(np.uint8), disc(radius)).astype(bool) if radius > 0 else mask
+    if radius <= 0 or (radius > REGIONS.wide_px and not mask.any()):
+        return mask
+    if radius > REGIONS.wide_px:
+        return _away(~mask) <= radius + REGIONS.rounded_px
+    return cv2.dilate(mask.astype(np.uint8), disc(radius)).astype(bool)
 
 
 def shrink(mask: BoolArray, radius: int) -> BoolArray:
     """The mask narrowed by `radius` pixels; outside the picture counts as inside."""
-    return cv2.erode(mask.astype(np.uint8), disc(radius)).astype(bool) if radius > 0 else mask
+    if radius <= 0 or (radius > REGIONS.wide_px and mask.all()):
+        return mask
+    if radius > REGIONS.wide_px:
+        return _away(mask) > radius + REGIONS.rounded_px
+    return cv2.erode(mask.astype(np.uint8), disc(radius)).astype(bool)
+
+
+def _away(mask: BoolArray) -> FloatArray:
+    """(H, W) how far each pixel of a mask is from the nearest that is not in it."""
+    return cv2.distanceTransform(mask.astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
 
 
 def holding(mask: BoolArray, points: Sequence[Pixel], reach: int = 4) -> BoolArray:

@@ -155,13 +155,22 @@ def _placed(
         if item.shape is None and item.name in read.vessels:
             form = opened(form)
         fresh = item.name in ground.fresh
-        put = settled(item, form, read, ground.supports, done, fresh)
+        put = _with_centre(settled(item, form, read, ground.supports, done, fresh), form.mesh)
         tried = tuple(ShapeOffer(one.kind, one.merit, one.iou) for one in offers)
         chosen = form.kind if hollow else offers[0].kind
         out[item.name] = _One(put, form, chosen, tried if item.shape is None else ())
         done[item.name] = (put, form.mesh)
         tick((count + 1) / len(order))
     return out
+
+
+def _with_centre(item: SceneObject, mesh: Mesh) -> SceneObject:
+    """The object, whose shape knows where its bounding box lies about its centre of mass."""
+    if not isinstance(item.shape, Inflated | Meshed):
+        return item
+    middle = (mesh.vertices.min(0) + mesh.vertices.max(0)) / 2
+    centre = tuple(round(float(part), 5) for part in middle)
+    return item.model_copy(update={"shape": item.shape.model_copy(update={"centre": centre})})
 
 
 def _is_seen_to_balance(form: Form, name: str, read: Survey) -> bool:

@@ -64,6 +64,11 @@ class Kind(_Row):
             raise ValueError("size and shapes stand together")
         return self
 
+    @property
+    def is_alive(self) -> bool:
+        """Whether it is a person or an animal: mostly water, of no plain form."""
+        return self.material == "water_filled" and self.shapes == ("inflated",)
+
 
 class Material(_Row):
     """A material: density in kg/m³, coefficients as the head of `materials.yaml` says.

@@ -9,7 +9,13 @@ from typing import Any
 
 from physagent_studio.knowledge import kind_of, word_lists
 from physagent_studio.language.reference.selecting import filtered
-from physagent_studio.language.reference.stock import Discourse, Inventory, Thing, thing
+from physagent_studio.language.reference.stock import (
+    FUNCTION_WORDS,
+    Discourse,
+    Inventory,
+    Thing,
+    thing,
+)
 from physagent_studio.language.syntax.phrases import NounPhrase
 from physagent_studio.language.tokens import vocabulary as v
 from physagent_studio.language.tokens.tokens import singular
@@ -33,6 +39,7 @@ def inventory(
     places = tuple(thing(name) for name in landmarks)
     ground = next((s.name for s in carried if s.words[-1] in v.GROUND_WORDS), "floor")
     words = {w for t in (*own, *carried, *places) for w in t.words if w not in v.POSITIONS}
+    words -= FUNCTION_WORDS
     words |= {near for w in words for near in _alike(w)} | set(v.LANDMARKS) | set(v.GROUND_WORDS)
     words |= {w for row in v.SUPPORT_CLASSES.values() for w in row if w not in v.VERBS}
     words |= {t.name.lower() for t in (*own, *carried, *places)}

@@ -10,6 +10,9 @@ from physagent_studio.language.tokens import vocabulary as v
 from physagent_studio.language.tokens.tokens import singular
 from physagent_studio.program.scene.state import Grounding
 
+FUNCTION_WORDS = v.PREPOSITIONS | v.CONJUNCTIONS | v.DETERMINERS
+"""Words that say how others belong together: a name may have them, but is not told by them."""
+
 
 @dataclass(frozen=True, slots=True)
 class Thing:
@@ -71,11 +74,14 @@ class Inventory:
 
 
 def _confuses(thing: Thing) -> bool:
-    """Whether a word of a name is an auxiliary; or a position that is none: a spinning top."""
+    """Whether a word of a name has a part of its own in a sentence ("block on top", "glass of
+
+    water"); or is a position that is none: a spinning top.
+    """
     kind = kind_of(thing.name) if thing.words[-1] in v.POSITIONS else None
     names = (kind.name, *kind.synonyms) if kind is not None else ()
     ends = any(name.endswith(f"_{thing.words[-1]}") for name in names)
-    return ends or any(word in v.AUXILIARIES for word in thing.words)
+    return ends or any(word in FUNCTION_WORDS | v.AUXILIARIES for word in thing.words)
 
 
 @dataclass

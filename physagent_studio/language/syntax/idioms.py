@@ -20,6 +20,7 @@ def in_plain_words(tokens: Sequence[Token], nouns: frozenset[str]) -> Tokens:
     found = tuple(tokens)
     for rule in (
         _out_of_sight,
+        _laden,
         where_it_is,
         _performed,
         _amounts,
@@ -41,6 +42,35 @@ def _said(first: Token, last: Token, *words: str) -> Tokens:
 
 def _texts(tokens: Tokens, start: int, count: int) -> tuple[str, ...]:
     return tuple(token.text for token in tokens[start : start + count])
+
+
+_CARRIED = (
+    ("on", "top", "of", "it"), ("on", "top", "of", "them"), ("inside", "of", "it"), ("on", "top"),
+    ("on", "it"), ("on", "them"), ("in", "it"), ("in", "them"), ("inside", "it"), ("inside",),
+)  # fmt: skip
+
+
+def _laden(tokens: Tokens, nouns: frozenset[str]) -> Tokens:
+    """ "The tray with a cup on it": the tray. What lies on it goes along by itself."""
+    longest = 5  # words, 2..8: that say what is carried
+    for start, token in enumerate(tokens):
+        if token.text != "with" or not start:
+            continue
+        comma = tokens[start - 1].text == ","
+        if start == comma or not _named(tokens[start - 1 - comma], nouns):
+            continue
+        for end in range(start + 2, min(start + 2 + longest, len(tokens))):
+            turn = next((t for t in _CARRIED if _texts(tokens, end, len(t)) == t), None)
+            if turn is None or not _named(tokens[end - 1], nouns):
+                continue
+            rest = end + len(turn)
+            rest += comma and _texts(tokens, rest, 1) == (",",)
+            return tokens[: start - comma] + _laden(tokens[rest:], nouns)
+    return tokens
+
+
+def _named(token: Token, nouns: frozenset[str]) -> bool:
+    return token.text in nouns or singular(token.text) in nouns
 
 
 _FRAMES = v.VIEW_WORDS | words_of("camera photo photograph")

@@ -22,6 +22,10 @@ def stock(things: tuple[tuple[str, int, int], ...], *supports: str) -> Inventory
     return inventory(clicks, [(name, Grounding()) for name in supports])
 
 
+def named(*names: str) -> tuple[tuple[str, int, int], ...]:
+    return tuple((name, 100 * i, 200) for i, name in enumerate(names))
+
+
 def one(prompt: str, things=GAME, supports: tuple[str, ...] = ("table",)) -> EventFrame:
     frames = read(prompt, stock(things, *supports)).frames
     assert len(frames) == 1, frames
@@ -478,3 +482,25 @@ def test_there_and_on_is_no_rhythm_of_what_rolls_and_in_turn_is_one_thing() -> N
     reading = read(prompt, stock(GAME))
     assert senses(reading) == ["hit", "knock_over"]
     assert not any(frame.timing for frame in reading.frames)
+
+
+@pytest.mark.parametrize(
+    "prompt",
+    [
+        "The tray with the cup on it slides to the left.",
+        "The tray, with two cups on top, slides to the left.",
+        "The tray with the cups inside slides to the left.",
+    ],
+)
+def test_what_a_thing_is_laden_with_goes_along_unsaid(prompt: str) -> None:
+    frame = one(prompt, named("tray", "left_cup", "right_cup"))
+    assert (frame.sense, frame.patient, frame.direction) == ("slide", ("tray",), "left")
+    assert not frame.places
+
+
+def test_a_name_may_have_words_that_a_sentence_uses() -> None:
+    things = named("block_on_top", "left_block", "man_with_hat")
+    frame = one("The block on top falls on the floor.", things)
+    assert frame.patient == ("block_on_top",)
+    assert frame.place("on").name == "floor"
+    assert one("The man with hat slides to the left.", things).patient == ("man_with_hat",)

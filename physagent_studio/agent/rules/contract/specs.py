@@ -141,8 +141,8 @@ def over_way(frame: EventFrame, subject: str) -> Direction | None:
 
 
 def forward(frame: EventFrame, subject: str, layout: Layout) -> Direction:
-    """The way a pusher points, else down the slope, else where a thing on wheels faces, else away
-    from the camera."""
+    """The way a pusher points, else down the slope, else where a thing on wheels, a person or an
+    animal faces, else away from the camera."""
     for agent in frame.agent:
         if layout.has(agent) and layout.has(subject):
             way = level(layout.position(subject) - layout.position(agent))

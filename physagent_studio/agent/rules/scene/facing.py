@@ -1,4 +1,4 @@
-"""Which way a thing on wheels faces, as far as a scene says: its longer side, a likely front."""
+"""Which way what has a front faces, as far as a scene says: its longer side, a likely front."""
 
 from __future__ import annotations
 
@@ -46,16 +46,16 @@ def long_axis(layout: Layout, name: str) -> tuple[FloatArray, bool]:
 
 
 def likely_front(layout: Layout, name: str) -> FloatArray | None:
-    """Level unit direction (3,) in which a thing on wheels is likely to face: as its wheels have it
-    already, else as photographs are taken, with more room before it than behind it, or from before
-    it. None for what has no front."""
+    """Level unit direction (3,) in which a thing on wheels, a person or an animal is likely to
+    face: as its wheels have it already, else as photographs are taken, with more room before it
+    than behind it, or from before it. None for what has no front."""
     item, kind = layout.state.object(name), kind_of(name)
     if kind is not None and kind.wheels == "any_way":
         return None
     if item is not None and item.wheels is not None:
         angle = math.radians(item.wheels.heading)
         return np.array([math.cos(angle), math.sin(angle), 0.0])
-    if kind is None or kind.wheels is None or not layout.has(name):
+    if kind is None or not (kind.wheels or kind.is_alive) or not layout.has(name):
         return None
     axis, shown = long_axis(layout, name)
     if kind.wheels == "short_axis":

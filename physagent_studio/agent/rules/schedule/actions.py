@@ -179,6 +179,17 @@ def top_point(layout: Layout, name: str) -> Position:
     return (x, y, z)
 
 
+def foot_point(layout: Layout, name: str) -> Position:
+    """The point at an object's foot, below its centre, in its body frame: pushed there, it does
+    not trip over what holds its foot back."""
+    item = layout.state.object(name)
+    assert item is not None
+    down = np.array([0.0, 0.0, -1.0])
+    low = down * layout.extent(name, down)
+    x, y, z = (round(float(part), 4) for part in matrix_of(item.rotation).T @ low)
+    return (x, y, z)
+
+
 def on_contact(a: str, b: str, delay: int = 0) -> OnContact:
     """Starts when two bodies first touch."""
     return OnContact(a=a, b=b, delay=delay)

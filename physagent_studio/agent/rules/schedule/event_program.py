@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from physagent_studio.agent.rules.contract.intents import Intent, intents_of
+from physagent_studio.agent.rules.scene.framing import free_way
 from physagent_studio.agent.rules.scene.measures import WAYS, FloatArray, Layout
 from physagent_studio.agent.rules.schedule import actions as act
 from physagent_studio.agent.rules.schedule.choosing import script_for
-from physagent_studio.agent.rules.schedule.framing import free_way
 from physagent_studio.agent.rules.schedule.scripts import Task
 from physagent_studio.language import Reading
 from physagent_studio.language.tokens.vocabulary import words_of

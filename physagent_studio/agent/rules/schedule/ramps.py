@@ -8,9 +8,9 @@ import numpy as np
 
 from physagent_studio.agent.rules.contract.specs import sideways
 from physagent_studio.agent.rules.scene import mechanics as mech
+from physagent_studio.agent.rules.scene.framing import FRAMING, free_way_from
 from physagent_studio.agent.rules.scene.measures import WAYS, level, unit
 from physagent_studio.agent.rules.schedule import actions as act
-from physagent_studio.agent.rules.schedule.framing import FRAMING, free_way_from
 from physagent_studio.agent.rules.schedule.scripts import Task, turn_back
 from physagent_studio.program.actions import Action
 from physagent_studio.program.scene.state import Ramp

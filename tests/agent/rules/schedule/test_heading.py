@@ -220,3 +220,18 @@ def test_a_search_turns_the_resistance_and_the_front_and_not_the_aim():
     assert factors["heading"].factor == "direction"
     assert factors["friction"].low == pytest.approx(factors["friction"].value)
     assert not any(knob.factor == "direction" for knob in action_knobs(program))
+
+
+@pytest.mark.parametrize(("x", "way"), [(-0.8, "right"), (0.8, "left")])
+def test_an_animal_seen_from_its_side_goes_forward_to_the_side_with_more_room(x, way):
+    body = (Box(size=(1.0, 0.35, 0.6)), (x, 6.0, 0.3), "floor")
+    program = program_of(Stage("meadow", {"horse": body}), "The horse walks forward.")
+    (moved,) = (s for s in program.contract.statements if s.kind == "moves")
+    assert moved.direction == way
+
+
+def test_an_animal_seen_from_its_front_comes_nearer():
+    body = (Box(size=(0.4, 0.9, 0.8)), (0.0, 6.0, 0.4), "floor")
+    program = program_of(Stage("meadow", {"dog": body}), "The dog runs forward.")
+    (moved,) = (s for s in program.contract.statements if s.kind == "moves")
+    assert moved.direction == "toward_camera"

@@ -16,7 +16,8 @@ from physagent_studio.agent.rules.contract.specs import (
     spec,
     ways_of,
 )
-from physagent_studio.agent.rules.scene.measures import place_name
+from physagent_studio.agent.rules.scene.framing import good_way
+from physagent_studio.agent.rules.scene.measures import WAYS, place_name
 from physagent_studio.language import EventFrame
 from physagent_studio.program.actions import Direction
 
@@ -42,7 +43,14 @@ def travel(c: Context) -> list[Spec]:
     ways = [w for w in c.ways() if w != "down" or c.layout.is_raised(c.subject)]
     ways = ways or _carried_on(c)
     found = (
-        [any_of(*(spec("moves", c.subject, distance=distance, direction=w) for w in ways))]
+        [
+            any_of(
+                *(
+                    spec("moves", c.subject, distance=_least_along(c, distance, w), direction=w)
+                    for w in ways
+                )
+            )
+        ]
         if ways
         else []
     )
@@ -79,6 +87,15 @@ def _least_way(c: Context) -> float:
     if c.frame.distance is not None:
         return round(0.8 * c.frame.distance, 4)
     return c.length(0.1, 0.01, 0.05) if "slight" in c.frame.manner else c.length(0.5, 0.02, 0.2)
+
+
+def _least_along(c: Context, distance: float, way: Direction) -> float:
+    """No farther than the picture and what stands there leave it room along a way, m."""
+    if c.frame.distance is not None or "offscreen" in c.frame.manner:
+        return distance
+    share = 0.8  # 0.5..1: of the way that the schedule has it go
+    room = share * good_way(c.layout, c.subject, WAYS[way])
+    return round(min(distance, max(room, c.length(0.1, 0.01, 0.05))), 3)
 
 
 def manner(c: Context) -> list[Spec]:

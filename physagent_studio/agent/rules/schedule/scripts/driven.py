@@ -9,9 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from physagent_studio.agent.rules.scene import mechanics as mech
+from physagent_studio.agent.rules.scene.framing import good_way, seen_along
 from physagent_studio.agent.rules.scene.measures import WAYS, FloatArray, Layout, level
 from physagent_studio.agent.rules.schedule import actions as act
-from physagent_studio.agent.rules.schedule.framing import good_way, seen_along
 from physagent_studio.agent.rules.schedule.paths import reach
 from physagent_studio.agent.rules.schedule.scripts.task import TASK, Task
 from physagent_studio.agent.rules.schedule.speeds import speed_range

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from physagent_studio.agent.rules.scene import mechanics as mech
+from physagent_studio.agent.rules.scene.framing import good_way
 from physagent_studio.agent.rules.scene.measures import WAYS, place_name
 from physagent_studio.agent.rules.schedule import actions as act
-from physagent_studio.agent.rules.schedule.framing import good_way
 from physagent_studio.agent.rules.schedule.scripts.task import Task
 from physagent_studio.program.actions import Action, Direction
 from physagent_studio.program.scene.bodies import FLUTTER, Cloth

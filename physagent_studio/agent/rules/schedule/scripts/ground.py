@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from physagent_studio.agent.rules.scene import mechanics as mech
+from physagent_studio.agent.rules.scene.framing import free_way, good_way
 from physagent_studio.agent.rules.scene.measures import (
     WAYS,
     FloatArray,
@@ -17,7 +18,6 @@ from physagent_studio.agent.rules.scene.measures import (
     unit,
 )
 from physagent_studio.agent.rules.schedule import actions as act
-from physagent_studio.agent.rules.schedule.framing import free_way, good_way
 from physagent_studio.agent.rules.schedule.paths import arc_length, clearance, free_turn
 from physagent_studio.agent.rules.schedule.scripts.blows import blow, sent_off
 from physagent_studio.agent.rules.schedule.scripts.task import TASK, Task
@@ -57,7 +57,11 @@ def along_ground(task: Task) -> list[Action]:
         return _curved(task, target, speed, *round_it)
     force = _aimed(task, target, speed)
     duration = _push_steps(task, target, speed)
-    start: list[Action] = [act.push(task.name, force, start=task.delay, duration=duration)]
+    shoved = task.wheels is None and _is_shoved(task, target)
+    foot = act.foot_point(task.layout, task.name) if shoved else None
+    start: list[Action] = [
+        act.push(task.name, force, start=task.delay, duration=duration, point=foot)
+    ]
     return [*start, *_brake(task, target, speed, duration)]
 
 

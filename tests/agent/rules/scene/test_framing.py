@@ -7,10 +7,22 @@ import math
 import numpy as np
 import pytest
 
+from physagent_studio.agent.rules.contract.compile import contract_of
+from physagent_studio.agent.rules.scene.framing import FRAMING, free_way, good_way
 from physagent_studio.agent.rules.scene.measures import Layout
-from physagent_studio.agent.rules.schedule.framing import FRAMING, free_way, good_way
+from physagent_studio.language import read
+from physagent_studio.language.reference.names import inventory
 from physagent_studio.program import SceneState
-from physagent_studio.program.scene.state import Floor, SceneObject, Slab, Sphere, Support
+from physagent_studio.program.scene.state import (
+    Box,
+    Floor,
+    Grounding,
+    SceneObject,
+    Slab,
+    Sphere,
+    Support,
+)
+from physagent_studio.program.statements import Moves
 from tests.agent.rules.scenes import CAMERA
 
 RIGHT, LEFT = np.array([1.0, 0, 0]), np.array([-1.0, 0, 0])
@@ -97,3 +109,21 @@ def test_a_good_way_is_a_part_of_the_free_one_and_no_journey(seed: int) -> None:
 def test_a_good_way_is_seen_even_where_there_is_little_room() -> None:
     layout = layout_of(ball("ball", 0.0, 6.0), ball("other", 0.21, 6.0))
     assert good_way(layout, "ball", RIGHT) == pytest.approx(0.3 * layout.size("ball"))
+
+
+@pytest.mark.parametrize("size", [0.6, 1.2])
+def test_no_more_is_demanded_than_the_picture_leaves_room_for(size: float) -> None:
+    wide = SceneObject(
+        name="plank", shape=Box(size=(size, 0.1, 0.1)), position=(0.0, 3.0, 0.05), support="floor"
+    )
+    x = rim(3.0) - size / 2 - 0.05
+    near = wide.model_copy(update={"position": (x, 3.0, 0.05)})
+    said = "The plank slides to the right and stops."
+    reading = read(said, inventory([("plank", Grounding())]))
+
+    def demanded(item: SceneObject) -> float:
+        made = contract_of(reading, layout_of(item))
+        return next(s.distance for s in made.statements if isinstance(s, Moves) and not s.negated)
+
+    assert demanded(near) <= good_way(layout_of(near), "plank", RIGHT)
+    assert demanded(near) < demanded(wide) <= 0.2

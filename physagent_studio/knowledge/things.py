@@ -24,6 +24,7 @@ class Usual:
 
     known: whether the name said it. depth, aspect, lies: as in `objects.yaml`. drives: whether it
     stands on wheels under its length. parts: what it has beside its body, as in `objects.yaml`.
+    opens: whether it is open at the top.
     """
 
     metres: float
@@ -35,6 +36,7 @@ class Usual:
     lies: float | None = None
     drives: bool = False
     parts: tuple[str, ...] = ()
+    opens: bool = False
 
 
 UNKNOWN = Usual(0.3, 1.0, (), False)
@@ -101,9 +103,9 @@ def usual_size(name: str) -> Usual:
         if word in word_lists().times:
             metres, spread = metres * word_lists().times[word], spread + ADJECTIVE_SPREAD
     aspect = kind.aspect or (BALL_ASPECT if kind.shapes[0] == "sphere" else None)
-    drives = kind.wheels == "long_axis"
+    drives, opens = kind.wheels == "long_axis", kind.hollow == "open"
     return Usual(
-        metres, spread, kind.shapes, True, kind.depth, aspect, kind.lies, drives, kind.parts
+        metres, spread, kind.shapes, True, kind.depth, aspect, kind.lies, drives, kind.parts, opens
     )
 
 

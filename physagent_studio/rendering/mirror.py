@@ -21,7 +21,7 @@ from physagent_studio.rendering.skin import Skin
 _TAKEN, _ALIKE, _VARIES = 0.4, 0.6, 0.3
 """Share of a mirror image that the plate is without, and how well what is gone agrees with it as it
 is and about its mean (correlations): at least."""
-_APART, _NEAR = 0.3, 3.0
+_APART, _NEAR = 0.44, 3.0
 """Least correlation of what is neither of the two's shade, and within how many cells of it shade
 hardly changes."""
 _STRENGTH = (0.04, 0.5)

@@ -103,6 +103,9 @@ class Revolved(Frozen):
     wall: Length | None = None
 
 
+Corners = Annotated[tuple[Position, ...], Field(max_length=64)]
+
+
 class Inflated(Frozen):
     """The object's mask inflated along camera rays; `thickness` scales depth to width.
 
@@ -110,8 +113,8 @@ class Inflated(Frozen):
     lies, so that its outline is that of the level plane rather than of an upright one. `straight`:
     front and back are flat, and its sides run straight from one to the other, with a rounded rim.
     `turn`: degrees of its length, seen from above: one side of it over all its width, which is
-    `thickness` times its length; None for what faces the view. `centre`: the middle of the
-    bounding box seen from the centre of mass, body frame, metres.
+    `thickness` times its length; None for what faces the view. `hull`: where it ends, some corners
+    of its convex hull in the body frame, metres; without them it counts as an ellipsoid.
     """
 
     kind: Literal["inflated"] = "inflated"
@@ -120,19 +123,19 @@ class Inflated(Frozen):
     flat: bool = False
     straight: bool = False
     turn: Annotated[float, Field(ge=-360, le=360)] | None = None
-    centre: Position = (0.0, 0.0, 0.0)
+    hull: Corners = ()
 
 
 class Meshed(Frozen):
     """A triangle mesh given by value; `asset` is the content hash of the stored mesh.
 
-    `size` and `centre`: as of what is inflated.
+    `size` and `hull`: as of what is inflated; without a hull it counts as a box.
     """
 
     kind: Literal["mesh"] = "mesh"
     asset: Annotated[str, Field(pattern=r"^[0-9a-f]{16,64}$")]
     size: Size
-    centre: Position = (0.0, 0.0, 0.0)
+    hull: Corners = ()
 
 
 Shape = Annotated[

@@ -1,9 +1,8 @@
 """Convex outlines of objects and supports in NumPy: support points, extents and gaps.
 
-Exact for the primitives. An inflated mask counts as the ellipsoid of its size, a mesh as the box
-of its size (each where its bounding box is, which need not lie about its centre of mass), a
-support's mesh as its bounding box: good enough for distances that guide a search,
-and said so by `Outline.exact`.
+Exact for the primitives. Inflated masks and meshes count as the corners of their hulls that they
+have with them, else as the ellipsoid and the box of their size, a support's mesh as its bounding
+box: good enough for distances that guide a search, and said so by `Outline.exact`.
 """
 
 from __future__ import annotations
@@ -28,8 +27,8 @@ class Outline:
     """A convex body in its own frame, m: the sum of one core and a ball of radius `rounding`.
 
     The core is an ellipsoid (`radii`), a box (`half` edges), rings about z (`rings`, rows of
-    (z, radius)) or a point cloud (`points`, (P, 3)), the first two about `middle`. axis: body axis
-    of rotational symmetry; is_ball: looks the same however it is turned.
+    (z, radius)) or a point cloud (`points`, (P, 3)). axis: body axis of
+    rotational symmetry; is_ball: looks the same however it is turned.
     """
 
     radii: FloatArray | None = None
@@ -40,13 +39,12 @@ class Outline:
     exact: bool = True
     axis: tuple[float, float, float] | None = None
     is_ball: bool = False
-    middle: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     def support(self, directions: ArrayLike) -> FloatArray:
         """The farthest point (T, 3) of the body along each direction (T, 3), body frame."""
         d = np.asarray(directions, float)
         unit = d / np.maximum(np.linalg.norm(d, axis=-1, keepdims=True), _TINY)
-        return self._core(unit) + self.rounding * unit + self.middle
+        return self._core(unit) + self.rounding * unit
 
     def _core(self, d: FloatArray) -> FloatArray:
         if self.radii is not None:
@@ -129,6 +127,8 @@ def outline_of(shape: forms.Shape) -> Outline:
 
 def _outline_of(shape: forms.Shape) -> Outline:
     match shape:
+        case forms.Inflated() | forms.Meshed() if len(shape.hull) > 3:
+            return Outline(points=np.array(shape.hull), exact=False)
         case forms.Sphere():
             return Outline(rounding=shape.radius, is_ball=True)
         case forms.Ellipsoid():
@@ -154,9 +154,9 @@ def _outline_of(shape: forms.Shape) -> Outline:
         case forms.Revolved():
             return Outline(rings=np.array(shape.profile), axis=(0.0, 0.0, 1.0))
         case forms.Inflated():
-            return Outline(radii=np.array(shape.size) / 2, exact=False, middle=shape.centre)
+            return Outline(radii=np.array(shape.size) / 2, exact=False)
         case forms.Meshed():
-            return Outline(half=np.array(shape.size) / 2, exact=False, middle=shape.centre)
+            return Outline(half=np.array(shape.size) / 2, exact=False)
 
 
 def _ellipsoid(radii: FloatArray) -> Outline:

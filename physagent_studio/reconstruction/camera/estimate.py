@@ -27,6 +27,9 @@ class PriorSettings:
 
     pitch_rad: float = math.radians(9.0)  # 0..0.5: people look down a little
     pitch_spread_rad: float = math.radians(8.0)  # 0.05..0.5: a hand's tilt, about that
+    # 0.5..1.5: what lies (tools, cutlery, keys) is looked at from above, at 35 to 90 degrees
+    lying_pitch_rad: float = math.radians(58.0)
+    lying_spread_rad: float = math.radians(20.0)  # 0.1..0.6: about that
     eye_level_m: float = 0.7  # 0.2..2: above what is looked at, between a hand's breadth and eyes
     eye_level_spread_log: float = 0.9  # 0.3..2: of that height, from a table top to the ground
     normal_lens_mm: float = 50.0  # 35..60: photos whose edges tell it have 36 to 107, 62 mid
@@ -47,6 +50,7 @@ class Standing:
 
     foot: row of its lowest point. extent: pixels. metres, spread: its usual size and the
     standard deviation of its logarithm. plane: which plane; only things on one are compared.
+    lies: whether it is of a kind that lies rather than stands.
     """
 
     foot: float
@@ -54,6 +58,7 @@ class Standing:
     metres: float
     spread: float
     plane: str
+    lies: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,11 +111,12 @@ def estimate(
     if at_work("eye level"):
         shared += _eye_level(grid, standing)
     usual = usual_focal(size)
+    lying = bool(standing) and all(item.lies for item in standing)
     factors = _factors(focal, usual, finely=len(angles) > 0)
     votes = np.stack(
         [
             shared
-            + _posture(grid, rows, usual * factor)
+            + _posture(grid, rows, usual * factor, lying)
             + _roundness(grid, rows, usual * factor, discs)
             - (0.5 * (math.log(factor) / PRIOR.focal_spread_log) ** 2 if focal is None else 0.0)
             for factor in factors
@@ -150,9 +156,12 @@ def _right_angles(
     return votes
 
 
-def _posture(grid: FloatArray, rows: int, focal: float) -> FloatArray:
-    """Log prior of the pitch, with a heavy tail for views from above."""
+def _posture(grid: FloatArray, rows: int, focal: float, lying: bool) -> FloatArray:
+    """Log prior of the pitch, with a heavy tail for views from above; of pictures of nothing but
+    what lies, of theirs."""
     pitch = np.arctan2(rows / 2 - grid, focal)
+    if lying:
+        return -0.5 * ((pitch - PRIOR.lying_pitch_rad) / PRIOR.lying_spread_rad) ** 2
     off = (pitch - PRIOR.pitch_rad) / PRIOR.pitch_spread_rad
     return np.where(off > 0, -np.log1p(off**2 / 3) * 2, -0.5 * off**2)
 

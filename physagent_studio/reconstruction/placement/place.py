@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
@@ -155,7 +156,7 @@ def _placed(
         if item.shape is None and item.name in read.vessels:
             form = opened(form)
         fresh = item.name in ground.fresh
-        put = _with_centre(settled(item, form, read, ground.supports, done, fresh), form.mesh)
+        put = _with_hull(settled(item, form, read, ground.supports, done, fresh), form.mesh)
         tried = tuple(ShapeOffer(one.kind, one.merit, one.iou) for one in offers)
         chosen = form.kind if hollow else offers[0].kind
         out[item.name] = _One(put, form, chosen, tried if item.shape is None else ())
@@ -164,13 +165,16 @@ def _placed(
     return out
 
 
-def _with_centre(item: SceneObject, mesh: Mesh) -> SceneObject:
-    """The object, whose shape knows where its bounding box lies about its centre of mass."""
+def _with_hull(item: SceneObject, mesh: Mesh) -> SceneObject:
+    """The object, whose shape knows where its mesh ends along axes, edges and corners of a cube."""
     if not isinstance(item.shape, Inflated | Meshed):
         return item
-    middle = (mesh.vertices.min(0) + mesh.vertices.max(0)) / 2
-    centre = tuple(round(float(part), 5) for part in middle)
-    return item.model_copy(update={"shape": item.shape.model_copy(update={"centre": centre})})
+    ways = np.array([way for way in itertools.product((-1, 0, 1), repeat=3) if any(way)], float)
+    # Whatever its proportions, corners are sought as on a cube.
+    spread = np.maximum(np.ptp(mesh.vertices, axis=0), 1e-9)
+    ends = np.unique(np.argmax(ways @ (mesh.vertices / spread).T, axis=1))
+    hull = tuple(tuple(round(float(part), 5) for part in mesh.vertices[end]) for end in ends)
+    return item.model_copy(update={"shape": item.shape.model_copy(update={"hull": hull})})
 
 
 def _is_seen_to_balance(form: Form, name: str, read: Survey) -> bool:

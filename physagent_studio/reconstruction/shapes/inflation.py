@@ -69,6 +69,20 @@ def sheet_on_plane(
     return closed(np.vstack([flat - push, flat + push]), sheet, sheet.swell)
 
 
+def sheet_on_level(
+    mask: BoolArray, camera: Camera, low: float, high: float
+) -> tuple[FloatArray, NDArray[np.int64]]:
+    """World vertices (V, 3), m, and faces of the round body over a mask that lies between two
+    levels, m."""
+    sheet = sheet_of(mask)
+    flat = on_plane(camera, sheet.pixels, (low + high) / 2)
+    pixel = depth_of(camera, flat.mean(axis=0)) / camera.focal
+    thick = np.minimum(sheet.swell, (high - low) / 2 / pixel)
+    push = thick[:, None] * np.array([[0.0, 0.0, pixel]])
+    # Front first, as of upright ones: that is what the camera looks down on.
+    return closed(np.vstack([flat + push, flat - push]), sheet, thick)
+
+
 def standing_plane(mask: BoolArray, camera: Camera) -> tuple[FloatArray, FloatArray]:
     """Level unit vectors across the front of what stands over a mask, and along its sides, back."""
     plane = _plane(mask, camera)

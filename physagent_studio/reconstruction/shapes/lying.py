@@ -35,6 +35,7 @@ class LyingSettings:
     min_lean_rad: float = math.radians(28)
     lying_cost: float = 0.01  # IoU, 0..0.1: lying has to win by over standing
     away_cost: float = 0.06  # IoU, 0..0.2: the same where it would point away from the camera
+    open_cost: float = 0.1  # IoU, 0..0.3: the same of what is open at the top: pans and bowls
     # IoU, 0.8..1: a standing form so good explains a mask whose axis leads up
     good_iou: float = 0.93
 
@@ -107,6 +108,7 @@ def fit_lying(
     if not leaning and standing > LYING.good_iou and usual.lies is None:
         return []
     cost = 0.0 if usual.lies is not None else LYING.lying_cost if leaning else LYING.away_cost
+    cost += LYING.open_cost * (usual.opens and usual.lies is None)
     target = Target.of(mask, hidden)
     first = _start(camera, axis, base)
     found = []

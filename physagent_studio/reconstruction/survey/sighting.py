@@ -107,7 +107,10 @@ class Sighting:
             row = level.row(self.profiles[on].toe if ramp else stance.foot)
             plane = FLOOR if ramp else self.root[name]
             size = self.usual[name]
-            out.append(camera_cues.Standing(row, stance.extent, size.metres, size.spread, plane))
+            lies = size.lies is not None
+            out.append(
+                camera_cues.Standing(row, stance.extent, size.metres, size.spread, plane, lies)
+            )
         marks = seen_by(" ".join(mark.name for mark in state.landmarks))
         frame = self.shown.frame
         goal_m = 2.3  # 1.8..2.6: high: goals are 2.44, smaller ones 2

@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physagent_studio.program.rotations import matrix_of
-from physagent_studio.program.scene.state import SceneObject
+from physagent_studio.program.scene.state import Inflated, SceneObject
 from physagent_studio.reconstruction.photo.regions import BoolArray, grow, iou
-from physagent_studio.reconstruction.shapes.inflation import sheet_on_plane
+from physagent_studio.reconstruction.shapes.inflation import sheet_on_level, sheet_on_plane
 from physagent_studio.reconstruction.shapes.meshes import one_surface
 from physagent_studio.reconstruction.shapes.silhouettes import in_world
 from physagent_studio.reconstruction.switches import at_work
@@ -131,9 +131,14 @@ def with_parts(sight: Sight, item: SceneObject, mesh: Mesh) -> Mesh:
 
 def _laid(sight: Sight, item: SceneObject, area: BoolArray, world: FloatArray) -> Mesh:
     """A region (H, W) as a round sheet (body frame) on the upright plane through the middle of a
-    thing, or as near as its foot lets it be. world: (V, 3) vertices of its body."""
-    vertices, faces = sheet_on_plane(area, sight.camera, np.asarray(item.position))
-    vertices = _above(sight, vertices, world)
+    thing, or as near as its foot lets it be; of what lies, on the level. world: (V, 3) vertices
+    of its body."""
+    if isinstance(item.shape, Inflated) and item.shape.flat:
+        low, high = float(world[:, 2].min()), float(world[:, 2].max())
+        vertices, faces = sheet_on_level(area, sight.camera, low, high)
+    else:
+        vertices, faces = sheet_on_plane(area, sight.camera, np.asarray(item.position))
+        vertices = _above(sight, vertices, world)
     body = (vertices - np.asarray(item.position)) @ matrix_of(item.rotation)
     return Mesh(body, faces.astype(np.int32))
 

@@ -68,7 +68,7 @@ def scaled(shape: shapes.Shape, factors: FloatArray) -> shapes.Shape | None:
         case shapes.Inflated() | shapes.Meshed():
             change = {
                 "size": _each(shape.size, factors),
-                "centre": _each(shape.centre, factors),
+                "hull": [_each(corner, factors) for corner in shape.hull],
             }
         case shapes.Cylinder() | shapes.Capsule():
             change = {"radius": _neat(shape.radius * x), "height": _neat(shape.height * z)}

@@ -5,8 +5,11 @@ from __future__ import annotations
 import pytest
 
 from physagent_studio.agent.rules import RuleGenerator
+from physagent_studio.contract.measure import measure
 from physagent_studio.program import PhysicalProgram
-from tests.agent.rules.scenes import STAGES
+from physagent_studio.program.scene.state import Box, Cylinder
+from physagent_studio.simulation import simulate
+from tests.agent.rules.scenes import STAGES, Stage
 
 
 def _first(prompt: str) -> PhysicalProgram:
@@ -32,3 +35,14 @@ def test_it_is_tipped_when_it_has_gone(prompt: str) -> None:
 
 def test_what_slows_down_and_goes_on_is_not_told() -> None:
     assert _first("The domino slides to the left and slows down.").contract.untested
+
+
+@pytest.mark.parametrize("ratio", [0.4, 1.0, 1.7])
+@pytest.mark.parametrize("round_", [True, False])
+def test_the_wide_are_lifted_at_the_rear_and_tip_over_as_the_slender_do(ratio, round_) -> None:
+    high, wide = 0.3, 0.3 * ratio
+    body = Cylinder(radius=wide / 2, height=high) if round_ else Box(size=(wide, wide, high))
+    yard = Stage("yard", {"crate": (body, (0.0, 3.0, high / 2), "floor")})
+    program = RuleGenerator().first(yard.case("The crate tips over to the left."), yard.reconstruct)
+    demanded = [c for c in measure(program, simulate(program, {})) if c.demanded]
+    assert all(check.ok for check in demanded if not check.always_on), demanded

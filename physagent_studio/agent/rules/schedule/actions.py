@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from physagent_studio.agent.rules.scene import mechanics as mech
-from physagent_studio.agent.rules.scene.measures import FloatArray, Layout
+from physagent_studio.agent.rules.scene.measures import WAYS, FloatArray, Layout
 from physagent_studio.program.actions import (
     Action,
     After,
@@ -38,6 +38,7 @@ class StepSettings:
 
 
 STEPS = StepSettings()
+UP = WAYS["up"]
 
 
 def toward_or_along(
@@ -171,22 +172,26 @@ def raised(name: str, height: float) -> list[Action]:
 
 def top_point(layout: Layout, name: str) -> Position:
     """The point on top of an object, above its centre, in its body frame."""
-    item = layout.state.object(name)
-    assert item is not None
-    up = np.array([0.0, 0.0, 1.0])
-    reach = 0.9 * layout.extent(name, up)
-    x, y, z = (round(float(part), 4) for part in matrix_of(item.rotation).T @ (up * reach))
-    return (x, y, z)
+    return _in_body(layout, name, UP * 0.9 * layout.extent(name, UP))
+
+
+def rear_top_point(layout: Layout, name: str, way: FloatArray) -> Position:
+    """The point on top of an object at its edge opposite to a level way (3,), in its body frame."""
+    behind = -way * 0.9 * layout.extent(name, -way)
+    return _in_body(layout, name, behind + UP * 0.9 * layout.extent(name, UP))
 
 
 def foot_point(layout: Layout, name: str) -> Position:
     """The point at an object's foot, below its centre, in its body frame: pushed there, it does
     not trip over what holds its foot back."""
+    return _in_body(layout, name, -UP * layout.extent(name, -UP))
+
+
+def _in_body(layout: Layout, name: str, offset: FloatArray) -> Position:
+    """An offset from an object's centre (3,), world, m, as a point in its body frame."""
     item = layout.state.object(name)
     assert item is not None
-    down = np.array([0.0, 0.0, -1.0])
-    low = down * layout.extent(name, down)
-    x, y, z = (round(float(part), 4) for part in matrix_of(item.rotation).T @ low)
+    x, y, z = (round(float(part), 4) for part in matrix_of(item.rotation).T @ offset)
     return (x, y, z)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -12,6 +13,17 @@ from physagent_studio.agent.rules.schedule import actions as act
 from physagent_studio.agent.rules.schedule.scripts.ground import along_ground
 from physagent_studio.agent.rules.schedule.scripts.task import UP, Task
 from physagent_studio.program.actions import Action, Direction, duration_of
+
+
+@dataclass(frozen=True, slots=True)
+class TurnSettings:
+    """How things are brought to fall over."""
+
+    # 0.5..1: of the friction that holds its foot back, up to which a level push tips a thing
+    grip_share: float = 0.8
+
+
+TURNS = TurnSettings()
 
 
 def tip(task: Task, said: Direction | None = None) -> list[Action]:
@@ -29,8 +41,12 @@ def tip(task: Task, said: Direction | None = None) -> list[Action]:
     width = layout.extent(task.name, way)
     speed = 1.2 * mech.speed_to_topple(height, width) / 2
     named = named_way(way) if onto is None else None
-    force = act.toward_or_along(max(speed, 0.3), toward=onto, way=named)
-    point = act.top_point(layout, task.name)
+    point, lift = act.top_point(layout, task.name), 0.0
+    if width > TURNS.grip_share * task.ground_friction() * height:
+        # Pushed along the level it would slide: its rear edge is lifted, square to the lever.
+        point = act.rear_top_point(layout, task.name, way)
+        lift = math.degrees(math.atan2(2 * width, height))
+    force = act.toward_or_along(max(speed, 0.3), toward=onto, way=named, elevation=lift)
     return [act.push(task.name, force, start=task.delay, duration=15, point=point, label="tip")]
 
 

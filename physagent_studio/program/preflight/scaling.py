@@ -52,16 +52,9 @@ def shape_thickened(shape: forms.Shape, thinnest: float, least: float) -> forms.
     What has no field of its own for that becomes larger as a whole.
     """
     match shape:
-        case forms.Box(wall=None):
-            return shape.model_copy(update={"size": _at_least(shape.size, least)})
-        case forms.Inflated() | forms.Meshed():
-            size = _at_least(shape.size, least)
-            grown = [new / old for new, old in zip(size, shape.size, strict=True)]
-            hull = tuple(
-                tuple(part * by for part, by in zip(corner, grown, strict=True))
-                for corner in shape.hull
-            )
-            return shape.model_copy(update={"size": size, "hull": hull})
+        case forms.Box(wall=None) | forms.Inflated() | forms.Meshed():
+            x, y, z = (max(edge, least) for edge in shape.size)
+            return shape.model_copy(update={"size": (x, y, z)})
         case forms.Ellipsoid():
             x, y, z = (max(radius, least / 2) for radius in shape.radii)
             return shape.model_copy(update={"radii": (x, y, z)})
@@ -74,11 +67,6 @@ def shape_thickened(shape: forms.Shape, thinnest: float, least: float) -> forms.
             return shape.model_copy(update={"height": least})
         case _:
             return shape_scaled(shape, 1.001 * least / thinnest)
-
-
-def _at_least(size: tuple[float, float, float], least: float) -> tuple[float, float, float]:
-    x, y, z = (max(edge, least) for edge in size)
-    return x, y, z
 
 
 def _multiplied(value: JsonValue, factor: float) -> JsonValue:

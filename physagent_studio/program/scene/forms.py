@@ -114,7 +114,8 @@ class Inflated(Frozen):
     front and back are flat, and its sides run straight from one to the other, with a rounded rim.
     `turn`: degrees of its length, seen from above: one side of it over all its width, which is
     `thickness` times its length; None for what faces the view. `hull`: where it ends, some corners
-    of its convex hull in the body frame, metres; without them it counts as an ellipsoid.
+    of its convex hull in the body frame, metres, as large as `size` says; without them it counts
+    as an ellipsoid.
     """
 
     kind: Literal["inflated"] = "inflated"

@@ -128,7 +128,9 @@ def outline_of(shape: forms.Shape) -> Outline:
 def _outline_of(shape: forms.Shape) -> Outline:
     match shape:
         case forms.Inflated() | forms.Meshed() if len(shape.hull) > 3:
-            return Outline(points=np.array(shape.hull), exact=False)
+            corners = np.array(shape.hull)
+            grown = np.array(shape.size) / np.maximum(np.ptp(corners, axis=0), _TINY)
+            return Outline(points=corners * grown, exact=False)
         case forms.Sphere():
             return Outline(rounding=shape.radius, is_ball=True)
         case forms.Ellipsoid():

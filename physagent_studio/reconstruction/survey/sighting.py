@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from physagent_studio.knowledge import Usual, is_splayed, support_kind
+from physagent_studio.knowledge import Usual, is_splayed, kind_of, support_kind
 from physagent_studio.language import SceneHints, seen_by
 from physagent_studio.program.base import Source
 from physagent_studio.program.scene.aloft import AIR
@@ -107,7 +107,7 @@ class Sighting:
             row = level.row(self.profiles[on].toe if ramp else stance.foot)
             plane = FLOOR if ramp else self.root[name]
             size = self.usual[name]
-            lies = size.lies is not None
+            lies = _is_looked_down_on(name, size)
             out.append(
                 camera_cues.Standing(row, stance.extent, size.metres, size.spread, plane, lies)
             )
@@ -157,6 +157,14 @@ class Sighting:
         if support is not None and support.shape is not None:
             return support.shape.kind == "ramp"
         return support is not None and support_kind(name) == "ramp"
+
+
+def _is_looked_down_on(name: str, usual: Usual) -> bool:
+    """Whether it is a small thing that lies rather than stands, and no animal."""
+    max_small_m = 0.7  # 0.3..1.5: what is longer is seen from a distance, as a log is
+    kind = kind_of(name)
+    alive = kind is not None and kind.is_alive
+    return usual.lies is not None and usual.metres < max_small_m and not alive
 
 
 def _is_upright(usual: Usual) -> bool:

@@ -63,13 +63,8 @@ def scaled(shape: shapes.Shape, factors: FloatArray) -> shapes.Shape | None:
             change = {"radius": _neat(shape.radius * x)}
         case shapes.Ellipsoid():
             change = {"radii": _each(shape.radii, factors)}
-        case shapes.Box():
+        case shapes.Box() | shapes.Inflated() | shapes.Meshed():
             change = {"size": _each(shape.size, factors)}
-        case shapes.Inflated() | shapes.Meshed():
-            change = {
-                "size": _each(shape.size, factors),
-                "hull": [_each(corner, factors) for corner in shape.hull],
-            }
         case shapes.Cylinder() | shapes.Capsule():
             change = {"radius": _neat(shape.radius * x), "height": _neat(shape.height * z)}
         case shapes.Torus():

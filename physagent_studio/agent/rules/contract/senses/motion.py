@@ -6,6 +6,7 @@ from physagent_studio.agent.rules.contract.intents import met
 from physagent_studio.agent.rules.contract.senses.common import (
     bent_path,
     comes_down,
+    keeps_standing,
     manner,
     struck_before,
     travel,
@@ -29,6 +30,7 @@ from physagent_studio.agent.rules.contract.specs import (
 )
 from physagent_studio.agent.rules.scene.measures import level, named_way, place_name
 from physagent_studio.agent.rules.scene.steps import steps_below
+from physagent_studio.knowledge import kind_of
 from physagent_studio.program.actions import Direction
 
 
@@ -277,8 +279,10 @@ def _upward(c: Context) -> list[Spec]:
 
 
 def jump(c: Context) -> list[Spec]:
-    """Leaves the ground for a moment."""
-    return [*_upward(c), spec("airborne", c.subject, seconds=0.1), *along(c)]
+    """Leaves the ground for a moment; a person or an animal comes down on its feet."""
+    kind = kind_of(c.subject)
+    upright = keeps_standing(c) if kind is not None and kind.is_alive else []
+    return [*_upward(c), spec("airborne", c.subject, seconds=0.1), *along(c), *upright]
 
 
 def bounce(c: Context) -> list[Spec]:

@@ -130,7 +130,13 @@ def run(
         list[str] | None,
         typer.Option(help="A role that you play: generator, verifier or planner; repeatable."),
     ] = None,
-    frames: Annotated[bool, typer.Option(help="Render the evidence frames.")] = True,
+    frames: Annotated[
+        bool | None,
+        typer.Option(
+            "--frames/--no-frames",
+            help="Render the frames of every round at once; else where a model looks at them.",
+        ),
+    ] = None,
     lessons: Annotated[
         Path | None, typer.Option(help="What an earlier session taught: its exported lessons.yaml.")
     ] = None,

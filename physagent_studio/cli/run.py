@@ -50,7 +50,7 @@ class RunRequest:
     rounds: int
     policy: str
     by_hand: tuple[str, ...]
-    frames: bool
+    frames: bool | None
     agent: str
     annotation: Path | None = None
     lessons: Path | None = None
@@ -78,7 +78,9 @@ def run_loop(request: RunRequest, workspace: Path | None, as_json: bool) -> int:
             output.progress_control(as_json) as control,
             closing(Processes((os.cpu_count() or 1) - 1, keeping=True)) as spare,
         ):
-            desk = Desk(session, control, evidence=request.frames, agent=agent, spare=spare)
+            # Numbers are judged without pictures; the studio draws what a person looks at.
+            shown = agent == "vlm" if request.frames is None else request.frames
+            desk = Desk(session, control, evidence=shown, agent=agent, spare=spare)
             if not as_json:
                 typer.echo(f"session {session.id}")
             for role in in_order(request.by_hand):

@@ -56,6 +56,14 @@ class RunRequest:
     lessons: Path | None = None
     yes: bool = False
 
+    @property
+    def draws(self) -> bool:
+        """Whether each round's frames are drawn at once: unless asked, where a model looks at them.
+
+        Numbers are judged without pictures, and the studio draws what a person looks at.
+        """
+        return agent_name(self.agent) == "vlm" if self.frames is None else self.frames
+
 
 def run_loop(request: RunRequest, workspace: Path | None, as_json: bool) -> int:
     """Runs until the loop ends, waits for a person or has to ask; the exit code."""
@@ -78,9 +86,7 @@ def run_loop(request: RunRequest, workspace: Path | None, as_json: bool) -> int:
             output.progress_control(as_json) as control,
             closing(Processes((os.cpu_count() or 1) - 1, keeping=True)) as spare,
         ):
-            # Numbers are judged without pictures; the studio draws what a person looks at.
-            shown = agent == "vlm" if request.frames is None else request.frames
-            desk = Desk(session, control, evidence=shown, agent=agent, spare=spare)
+            desk = Desk(session, control, evidence=request.draws, agent=agent, spare=spare)
             if not as_json:
                 typer.echo(f"session {session.id}")
             for role in in_order(request.by_hand):

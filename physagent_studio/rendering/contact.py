@@ -17,13 +17,21 @@ from physagent_studio.rendering.frame import Picture
 from physagent_studio.rendering.grid import reduced
 from physagent_studio.rendering.raster import FloatArray
 from physagent_studio.rendering.shadow import Ground, Shadows
-from physagent_studio.rendering.sun import CONTACT, Shading, Sun
+from physagent_studio.rendering.sun import (
+    CONTACT,
+    Shading,
+    Sun,
+    free_around,
+    shown_on_even_ground,
+)
 
 _NEAR = 0.2
 """Share of the sky from which ground counts as close to a foot."""
 _LEAST_CELLS = 12
 _STRENGTH = (0.4, 0.8)
 """Weakest and strongest that it is drawn."""
+_FAINTEST = 0.15
+"""Weakest where even ground around the feet is seen to be hardly darker than beside them."""
 _DEEPEST = 2.2
 """Most that the log of a shadow is multiplied for the colour of the ground."""
 _SMOOTH = 2.0
@@ -31,19 +39,28 @@ _SMOOTH = 2.0
 
 
 def contact_light(
-    seen: Shading | None, sun: Sun, batch: Batch, world: FloatArray, ground: Ground
+    seen: Shading | None,
+    sun: Sun,
+    photo: Picture,
+    free: NDArray[np.bool_],
+    batch: Batch,
+    world: FloatArray,
+    ground: Ground,
 ) -> Sun:
     """The sky's part of the light, as strong as the photo shows it around the feet.
 
-    seen: the photo's shading, None without. sun: its main lamp. world: (V, 3) initial pose.
+    seen: the photo's shading, None without. sun: its main lamp. photo, free: (H, W, 3) and (H, W)
+    where no thing is. world: (V, 3) initial pose.
     """
-    if seen is None:
-        return CONTACT
     everyone = np.ones(len(batch.first) - 1)
     blocked = Shadows.of(batch, ground, CONTACT.lamp).blocked(world, everyone)
-    close = seen.usable & (blocked > _NEAR)
-    if np.count_nonzero(close) < _LEAST_CELLS:
-        return CONTACT
+    close = None if seen is None else seen.usable & (blocked > _NEAR)
+    if seen is None or close is None or np.count_nonzero(close) < _LEAST_CELLS:
+        around = free_around(free, batch, world, ground)
+        shown = shown_on_even_ground(photo, around, blocked, _NEAR, ground)
+        if shown is None:
+            return CONTACT
+        return replace(CONTACT, strength=np.full(3, np.clip(shown, _FAINTEST, _STRENGTH[1])))
     dark = -seen.darkness[close].max(-1)
     if sun.seen:
         cast = Shadows.of(batch, ground, sun.lamp).blocked(world, everyone)[close]

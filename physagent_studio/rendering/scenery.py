@@ -74,7 +74,7 @@ class Scenery:
             sun = estimate_sun(seen, batch, world, ground)
             if not sun.seen:
                 sun = usual_light(photo, free, batch, world, ground)
-            sky = contact_light(seen, sun, batch, world, ground)
+            sky = contact_light(seen, sun, photo, free, batch, world, ground)
             cast = _cast(sun, batch, world, ground, plate.shape)
             settled = Settled.of(photo, plate, masks, cast, batch, points, lens)
             away = apart_from(masks, photo.shape[:2])

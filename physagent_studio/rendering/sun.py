@@ -43,6 +43,8 @@ _EVEN, _VISIBLE = 0.06, 0.03
 """Median stray of the log tone of ground that is even, and least shadow that is seen."""
 _DEEP, _LEAST_DEEP = 0.3, 5
 """In how many of every fourth cell so much of it is blocked, at least: slivers have no colour."""
+_SLIGHT = 0.1
+"""Share of the light that is blocked, at least, where its shadow is looked for."""
 _LEAST_CELLS = 200
 
 
@@ -91,7 +93,7 @@ def shading_around(
 
     free: (H, W) where no object is. world: (V, 3) vertices at the initial pose.
     """
-    around = _free_around(free, batch, world, ground)
+    around = free_around(free, batch, world, ground)
     differs = (photo != plate).any(-1).astype(np.float32)
     usable = around & (reduced(differs, ground.step, ground.shape) > 0.5)
     if around.sum() < _LEAST_CELLS or usable.sum() < _LEAST_TAKEN:
@@ -139,19 +141,43 @@ def usual_light(
 
     free, world: see `shading_around`.
     """
-    around = _free_around(free, batch, world, ground)
+    around = free_around(free, batch, world, ground)
     everyone = np.ones(len(batch.first) - 1)
     blocked = Shadows.of(batch, ground, DEFAULT.lamp).blocked(world, everyone)
-    lit, dark = around & (blocked < _VISIBLE), around & (blocked > _DEEP)
-    if lit.sum() < _LEAST_CELLS or dark.sum() < _LEAST_TAKEN:
+    shown = shown_on_even_ground(photo, around, blocked, _DEEP, ground)
+    if shown is None:
         return DEFAULT
-    tone = _tone(photo, ground).mean(-1)
-    level = float(np.median(tone[lit]))
-    if float(np.median(np.abs(tone[lit] - level))) > _EVEN:
-        return DEFAULT
-    shown = (1 - np.exp(np.minimum(tone[dark] - level, 0))) / blocked[dark]
-    strength = float(np.clip(np.median(shown), _FAINTEST, DEFAULT.strength[0]))
+    strength = float(np.clip(shown, _FAINTEST, DEFAULT.strength[0]))
     return replace(DEFAULT, strength=np.full(3, strength))
+
+
+def shown_on_even_ground(
+    photo: Picture, around: NDArray[np.bool_], blocked: NDArray, deep: float, ground: Ground
+) -> float | None:
+    """How much darker than the ground beside it a photo (H, W, 3) is where a light is blocked, over
+    how much of it is blocked; None where the ground is not even, or little of it is seen.
+
+    around, blocked: (h, w) ground near the things, and the share of the light that they keep from
+    it. deep: from which share on it is looked at. Ground may be brighter here than there, as it is
+    towards a window or the middle of a lens: a surface of second degree is fitted to its tone.
+    """
+    lit, shaded = around & (blocked < _VISIBLE), around & (blocked > _SLIGHT)
+    if lit.sum() < _LEAST_CELLS or shaded.sum() < _LEAST_TAKEN:
+        return None
+    # What lies keeps little light from the ground: then where it keeps most.
+    dark = shaded & (blocked >= min(deep, float(np.sort(blocked[shaded])[-_LEAST_TAKEN])))
+    tone = _tone(photo, ground).mean(-1)
+    rows, columns = np.mgrid[-1 : 1 : tone.shape[0] * 1j, -1 : 1 : tone.shape[1] * 1j]
+    terms = np.stack([np.ones_like(rows), rows, columns, rows**2, columns**2, rows * columns], -1)
+    kept = lit
+    for _ in range(2):
+        weights = np.linalg.lstsq(terms[kept], tone[kept], rcond=None)[0]
+        off = tone - terms @ weights
+        # Marks and other things are no ground.
+        kept = lit & (np.abs(off) < 3 * max(float(np.median(np.abs(off[kept]))), 0.01))
+    if float(np.median(np.abs(off[lit]))) > _EVEN:
+        return None
+    return float(np.median((1 - np.exp(np.minimum(off[dark], 0))) / blocked[dark]))
 
 
 def _sky() -> list[Lamp]:
@@ -203,7 +229,7 @@ def _around(batch: Batch, world: FloatArray, ground: Ground) -> NDArray[np.bool_
     return near
 
 
-def _free_around(
+def free_around(
     free: NDArray[np.bool_], batch: Batch, world: FloatArray, ground: Ground
 ) -> NDArray[np.bool_]:
     """(h, w) the same of all objects, where none of them is seen; free: (H, W)."""

@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import map_coordinates
 
 from physagent_studio.program.rotations import matrix_of
 from physagent_studio.program.scene.state import Inflated, SceneObject
@@ -25,7 +26,6 @@ from physagent_studio.reconstruction.texture.outline_fitting import (
     WHOLE,
     FloatArray,
     Sight,
-    looked_up,
 )
 from physagent_studio.records.scene import Mesh
 
@@ -87,7 +87,7 @@ def _cut_open(sight: Sight, item: SceneObject, mesh: Mesh) -> tuple[Mesh, float]
     its IoU with it."""
     told = sight.mask | ~sight.free
     finer = mesh
-    max_halvings = 4  # count, 1..8: of a face across the mask's outline; each doubles the work
+    max_halvings = 5  # count, 1..8: of a face across the mask's outline; each doubles the work
     for _ in range(max_halvings):
         pixels = sight.camera.project(in_world(item, finer))[0]
         finer = _halved(finer, _across(told, pixels, finer.faces))
@@ -95,7 +95,7 @@ def _cut_open(sight: Sight, item: SceneObject, mesh: Mesh) -> tuple[Mesh, float]
     middles = sight.camera.project(world)[0][finer.faces].mean(axis=1)
     beside = sight.drawn(world, finer.faces) & ~told
     wide = grow(_wide_parts(beside, PART.min_open_share * np.count_nonzero(mask)), 2)
-    kept = [looked_up(told, middles), looked_up(told | ~wide, middles)]
+    kept = [_within(told, middles), _within(told | ~wide, middles)]
     every = [finer.faces, *(finer.faces[one] for one in kept)]
     before, after, least = (iou(sight.drawn(world, faces), mask) for faces in every)
     if least > min(PART.rim_iou, after - PART.max_rim_loss):
@@ -167,10 +167,18 @@ def _across(told: BoolArray, pixels: FloatArray, faces: NDArray[np.int32]) -> Bo
     """(F,) which faces lie across the border of a region and are more than a pixel or two wide."""
     corners = pixels[faces]
     spots = np.concatenate([corners, (corners + np.roll(corners, 1, axis=1)) / 2], axis=1)
-    inside = looked_up(told, spots.reshape(-1, 2)).reshape(spots.shape[:2])
-    fine_px = 1.5  # 0.5..4: faces with shorter edges are not divided any more
+    inside = _within(told, spots.reshape(-1, 2)).reshape(spots.shape[:2])
+    fine_px = 0.7  # 0.3..4: faces with shorter edges are not divided any more
     wide = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1) > fine_px
     return np.asarray(inside.any(axis=1) & ~inside.all(axis=1) & wide)
+
+
+def _within(area: BoolArray, points: FloatArray) -> BoolArray:
+    """(N,) whether pixels (N, 2) lie in a region (H, W), between whose pixels its outline runs."""
+    outline_px = 0.6  # 0.3..1.2: by which an outline is rounded, so that it has no steps
+    soft = cv2.GaussianBlur(area.astype(np.float32), (0, 0), outline_px)
+    spots = points[:, ::-1].T - 0.5
+    return np.asarray(map_coordinates(soft, spots, order=1, mode="nearest") > 0.5)
 
 
 def _halved(mesh: Mesh, which: BoolArray) -> Mesh:

@@ -12,6 +12,7 @@ from physagent_studio.agent.rules.scene.facing import likely_front
 from physagent_studio.agent.rules.scene.measures import OPPOSITE, Layout, level, named_way
 from physagent_studio.language import EventFrame, Place, Reading
 from physagent_studio.program.actions import Direction
+from physagent_studio.program.scene.state import Floor
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,6 +106,9 @@ def ways_of(
     way: str | None, frame: EventFrame, subject: str, layout: Layout
 ) -> tuple[Direction, ...]:
     """Named directions for a way as said; `forward` and `sideways` depend on the scene."""
+    if way == "up" and frame.sense in ("slide", "roll") and _is_level(subject, layout):
+        # Towards the upper rim of the picture: on level ground there is no other way up.
+        return ("away",)
     if way in ("left", "right", "up", "down", "away", "toward_camera"):
         return (way,)  # type: ignore[return-value]
     if frame.sense == "fall" and not frame.agent and way in ("forward", "backward"):
@@ -138,6 +142,12 @@ def over_way(frame: EventFrame, subject: str) -> Direction | None:
         return None
     ways: dict[str, Direction] = {"backward": "away", "forward": "toward_camera"}
     return ways.get(frame.direction or "")
+
+
+def _is_level(subject: str, layout: Layout) -> bool:
+    """Whether a thing stands on level ground, with no slope, steps or wall that lead up."""
+    flat = all(isinstance(support.shape, Floor) for support in layout.state.supports)
+    return flat and layout.carrier(subject) is not None
 
 
 def forward(frame: EventFrame, subject: str, layout: Layout) -> Direction:

@@ -235,3 +235,10 @@ def test_an_animal_seen_from_its_front_comes_nearer():
     program = program_of(Stage("meadow", {"dog": body}), "The dog runs forward.")
     (moved,) = (s for s in program.contract.statements if s.kind == "moves")
     assert moved.direction == "toward_camera"
+
+
+def test_on_level_ground_what_slides_up_goes_to_the_upper_rim_of_the_picture():
+    stage = Stage("floor", {"spoon": (Box(size=(0.04, 0.18, 0.02)), (0.0, 1.5, 0.01), "floor")})
+    program = program_of(stage, "The spoon slides up and stops.")
+    (moved,) = (s for s in program.contract.statements if s.kind == "moves" and not s.negated)
+    assert moved.direction == "away"

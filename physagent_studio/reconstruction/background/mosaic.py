@@ -21,6 +21,7 @@ from physagent_studio.reconstruction.background.poisson_blend import (
     taken,
 )
 from physagent_studio.reconstruction.background.shift_map import (
+    bent,
     level_shifts,
     rescaled,
     shift,
@@ -355,24 +356,6 @@ def _features(image: FloatImage) -> FloatImage:
     right = np.diff(grey, axis=1, append=grey[:, -1:])
     down = np.diff(grey, axis=0, append=grey[-1:])
     return np.dstack([image, right, down]).astype(np.float32)
-
-
-def bent(
-    copy: FloatArray,
-    columns: NDArray[np.int64],
-    rows: NDArray[np.int64],
-    x: FloatImage,
-    y: FloatImage,
-) -> FloatArray:
-    """(N,) how far a copy is from a mere shift where it takes (x, y) to places (N,)."""
-    depth = copy[2, 0] * (columns + 0.5) + copy[2, 1] * (rows + 0.5) + copy[2, 2]
-    depth = np.where(depth > 1e-6, depth, 1.0)
-    off = [
-        (copy[i, j] - (place + 0.5) * copy[2, j]) / depth - (i == j)
-        for i, place in enumerate((x, y))
-        for j in range(2)
-    ]
-    return np.asarray(np.linalg.norm(off, axis=0), float)
 
 
 def bent_price(by: FloatArray) -> FloatArray:

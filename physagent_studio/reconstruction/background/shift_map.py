@@ -51,6 +51,24 @@ def rescaled(copy: FloatArray, x: float, y: float) -> FloatArray:
     return np.diag([x, y, 1.0]) @ copy @ np.diag([1 / x, 1 / y, 1.0])
 
 
+def bent(
+    copy: FloatArray,
+    columns: NDArray[np.int64],
+    rows: NDArray[np.int64],
+    x: FloatImage,
+    y: FloatImage,
+) -> FloatArray:
+    """(N,) how far a copy is from a mere shift where it takes (x, y) to places (N,)."""
+    depth = copy[2, 0] * (columns + 0.5) + copy[2, 1] * (rows + 0.5) + copy[2, 2]
+    depth = np.where(depth > 1e-6, depth, 1.0)
+    off = [
+        (copy[i, j] - (place + 0.5) * copy[2, j]) / depth - (i == j)
+        for i, place in enumerate((x, y))
+        for j in range(2)
+    ]
+    return np.asarray(np.linalg.norm(off, axis=0), float)
+
+
 def shifts_in(image: FloatImage, hole: BoolArray, barred: BoolArray) -> list[FloatArray]:
     """Shifts (x, y) that bring to the rim of the hole (H, W) what looks like it there.
 

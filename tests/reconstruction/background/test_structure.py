@@ -7,10 +7,10 @@ import pytest
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.reconstruction.background.edges_onward import onward
 from physagent_studio.reconstruction.background.edges_through import drawn, seen_beside
-from physagent_studio.reconstruction.background.mosaic import bent, bent_price
+from physagent_studio.reconstruction.background.mosaic import bent_price
 from physagent_studio.reconstruction.background.plate import hole_of
 from physagent_studio.reconstruction.background.poisson_blend import joined, sources
-from physagent_studio.reconstruction.background.shift_map import shift, to_level
+from physagent_studio.reconstruction.background.shift_map import bent, shift, to_level
 from physagent_studio.reconstruction.background.structure import Structure
 from physagent_studio.reconstruction.photo.line_segments import segments, with_hues
 

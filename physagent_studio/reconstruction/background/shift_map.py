@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from physagent_studio.arrays import FloatArray, FloatImage
 from physagent_studio.program.scene.camera import Camera

@@ -169,7 +169,7 @@ def shown_on_even_ground(
     tone = _tone(photo, ground).mean(-1)
     rows, columns = np.mgrid[-1 : 1 : tone.shape[0] * 1j, -1 : 1 : tone.shape[1] * 1j]
     terms = np.stack([np.ones_like(rows), rows, columns, rows**2, columns**2, rows * columns], -1)
-    kept = lit
+    kept, off = lit, tone
     for _ in range(2):
         weights = np.linalg.lstsq(terms[kept], tone[kept], rcond=None)[0]
         off = tone - terms @ weights

@@ -107,13 +107,13 @@ def _blurred(picture: FloatImage, spread: float) -> FloatImage:
     """The picture (H, W) or (H, W, C) blurred by so many pixels; far, on a smaller one."""
     fine_px = 8.0  # 4..20: spread up to which every pixel is looked at
     if spread <= fine_px:
-        return cv2.GaussianBlur(picture, (0, 0), spread)
+        return np.asarray(cv2.GaussianBlur(picture, (0, 0), spread), np.float32)
     rows, columns = picture.shape[:2]
     size = max(round(columns * fine_px / spread), 1), max(round(rows * fine_px / spread), 1)
     small = cv2.GaussianBlur(
         cv2.resize(picture, size, interpolation=cv2.INTER_AREA), (0, 0), fine_px
     )
-    return cv2.resize(small, (columns, rows), interpolation=cv2.INTER_LINEAR)
+    return np.asarray(cv2.resize(small, (columns, rows)), np.float32)
 
 
 def _of_one(lab: Image, mask: BoolArray, hole: BoolArray, reach: int) -> BoolArray:

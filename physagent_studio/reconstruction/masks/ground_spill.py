@@ -86,10 +86,12 @@ def _cut_off(
     scale: of the picture on which it is sought, up to 1.
     """
     if scale < 1:
-        small = [cv2.resize(calm, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)]
-        size = small[0].shape[1], small[0].shape[0]
-        parts = [resized(part, size) for part in (own, low, ground)]
-        gone = resized(_cut_off(*small, *parts, 1.0), (own.shape[1], own.shape[0]))
+        how = cv2.INTER_AREA
+        small = np.asarray(cv2.resize(calm, None, fx=scale, fy=scale, interpolation=how), np.uint8)
+        size = small.shape[1], small.shape[0]
+        mine, lower, beside = (resized(part, size) for part in (own, low, ground))
+        found = _cut_off(small, mine, lower, beside, 1.0)
+        gone = resized(found, (own.shape[1], own.shape[0]))
         # No rim of it stays at the outline.
         return own & grow(gone, math.ceil(1 / scale))
     trimap = np.full(own.shape, cv2.GC_BGD, np.uint8)

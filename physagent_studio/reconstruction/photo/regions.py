@@ -58,7 +58,8 @@ def shrink(mask: BoolArray, radius: int) -> BoolArray:
 
 def _away(mask: BoolArray) -> FloatArray:
     """(H, W) how far each pixel of a mask is from the nearest that is not in it."""
-    return cv2.distanceTransform(mask.astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
+    away = cv2.distanceTransform(mask.astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
+    return np.asarray(away, np.float32)
 
 
 def holding(mask: BoolArray, points: Sequence[Pixel], reach: int = 4) -> BoolArray:

@@ -40,8 +40,9 @@ def travel(c: Context) -> list[Spec]:
     distance = _least_way(c)
     if _comes_back_down(c):
         return [spec("falls", c.subject, drop=c.length(0.3, 0.015, 0.1))]
-    ways = [w for w in c.ways() if w != "down" or c.layout.is_raised(c.subject)]
-    ways = ways or _carried_on(c)
+    ways: list[Direction] = [
+        w for w in c.ways() if w != "down" or c.layout.is_raised(c.subject)
+    ] or _carried_on(c)
     found = (
         [
             any_of(

@@ -502,5 +502,7 @@ def test_a_name_may_have_words_that_a_sentence_uses() -> None:
     things = named("block_on_top", "left_block", "man_with_hat")
     frame = one("The block on top falls on the floor.", things)
     assert frame.patient == ("block_on_top",)
-    assert frame.place("on").name == "floor"
+    place = frame.place("on")
+    assert place is not None
+    assert place.name == "floor"
     assert one("The man with hat slides to the left.", things).patient == ("man_with_hat",)

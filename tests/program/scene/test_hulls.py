@@ -30,7 +30,7 @@ def test_it_grows_with_its_shape(shape) -> None:
     assert outline_of(twice).size == pytest.approx(2 * outline_of(shape).size)
     thick = shape_thickened(shape, 0.1, 0.2)
     assert outline_of(thick).size == pytest.approx([0.6, 0.2, 1.2])
-    if isinstance(shape, Inflated):
+    if isinstance(twice, Inflated):
         assert (twice.flat, twice.straight, twice.turn) == (True, True, 30.0)
 
 

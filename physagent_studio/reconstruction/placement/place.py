@@ -166,10 +166,11 @@ def _placed(
 
 
 def _with_hull(item: SceneObject, mesh: Mesh) -> SceneObject:
-    """The object, whose shape knows where its mesh ends along axes, edges and corners of a cube."""
+    """The object, whose shape knows where its mesh ends along the axes and corners of a cube."""
     if not isinstance(item.shape, Inflated | Meshed):
         return item
-    ways = np.array([way for way in itertools.product((-1, 0, 1), repeat=3) if any(way)], float)
+    corners = np.array(list(itertools.product((-1.0, 1.0), repeat=3)))
+    ways = np.vstack([np.eye(3), -np.eye(3), corners])
     # Whatever its proportions, corners are sought as on a cube.
     spread = np.maximum(np.ptp(mesh.vertices, axis=0), 1e-9)
     ends = np.unique(np.argmax(ways @ (mesh.vertices / spread).T, axis=1))

@@ -54,13 +54,14 @@ def contact_light(
     """
     everyone = np.ones(len(batch.first) - 1)
     blocked = Shadows.of(batch, ground, CONTACT.lamp).blocked(world, everyone)
-    close = None if seen is None else seen.usable & (blocked > _NEAR)
-    if seen is None or close is None or np.count_nonzero(close) < _LEAST_CELLS:
+    near = blocked > _NEAR
+    if seen is None or np.count_nonzero(seen.usable & near) < _LEAST_CELLS:
         around = free_around(free, batch, world, ground)
         shown = shown_on_even_ground(photo, around, blocked, _NEAR, ground)
         if shown is None:
             return CONTACT
         return replace(CONTACT, strength=np.full(3, np.clip(shown, _FAINTEST, _STRENGTH[1])))
+    close = seen.usable & near
     dark = -seen.darkness[close].max(-1)
     if sun.seen:
         cast = Shadows.of(batch, ground, sun.lamp).blocked(world, everyone)[close]

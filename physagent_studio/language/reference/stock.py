@@ -74,10 +74,8 @@ class Inventory:
 
 
 def _confuses(thing: Thing) -> bool:
-    """Whether a word of a name has a part of its own in a sentence ("block on top", "glass of
-
-    water"); or is a position that is none: a spinning top.
-    """
+    """Whether a word of a name has a part of its own in a sentence ("block on top"), or is a
+    position that is none ("spinning top")."""
     kind = kind_of(thing.name) if thing.words[-1] in v.POSITIONS else None
     names = (kind.name, *kind.synonyms) if kind is not None else ()
     ends = any(name.endswith(f"_{thing.words[-1]}") for name in names)

@@ -63,10 +63,20 @@ def _laden(tokens: Tokens, nouns: frozenset[str]) -> Tokens:
             turn = next((t for t in _CARRIED if _texts(tokens, end, len(t)) == t), None)
             if turn is None or not _named(tokens[end - 1], nouns):
                 continue
-            rest = end + len(turn)
+            rest = _past_a_place(tokens, end + len(turn), nouns)
             rest += comma and _texts(tokens, rest, 1) == (",",)
             return tokens[: start - comma] + _laden(tokens[rest:], nouns)
     return tokens
+
+
+def _past_a_place(tokens: Tokens, start: int, nouns: frozenset[str]) -> int:
+    """Behind "of the saucer", "the box", where such words follow "on top" and "inside"."""
+    at = start + (_texts(tokens, start, 1) == ("of",))
+    if not set(_texts(tokens, at, 1)) & v.DETERMINERS:
+        return start
+    longest = 4  # words, 1..6: "the", "small", "red", "box"
+    last = (i for i in range(at + 1, min(at + longest, len(tokens))) if _named(tokens[i], nouns))
+    return next(last, start - 1) + 1
 
 
 def _named(token: Token, nouns: frozenset[str]) -> bool:

@@ -27,8 +27,8 @@ class Outline:
     """A convex body in its own frame, m: the sum of one core and a ball of radius `rounding`.
 
     The core is an ellipsoid (`radii`), a box (`half` edges), rings about z (`rings`, rows of
-    (z, radius)) or a point cloud (`points`, (P, 3)). axis: body axis of
-    rotational symmetry; is_ball: looks the same however it is turned.
+    (z, radius)) or a point cloud (`points`, (P, 3)). axis: body axis of rotational symmetry;
+    is_ball: looks the same however it is turned.
     """
 
     radii: FloatArray | None = None
@@ -129,7 +129,9 @@ def _outline_of(shape: forms.Shape) -> Outline:
     match shape:
         case forms.Inflated() | forms.Meshed() if len(shape.hull) > 3:
             corners = np.array(shape.hull)
-            grown = np.array(shape.size) / np.maximum(np.ptp(corners, axis=0), _TINY)
+            wide = np.ptp(corners, axis=0)
+            # As large as its size says, which a person may change; what is flat stays so.
+            grown = np.where(wide > _TINY, np.array(shape.size) / np.maximum(wide, _TINY), 1.0)
             return Outline(points=corners * grown, exact=False)
         case forms.Sphere():
             return Outline(rounding=shape.radius, is_ball=True)

@@ -6,8 +6,9 @@ import pytest
 
 from physagent_studio.agent.rules import RuleGenerator
 from physagent_studio.contract import measure
+from physagent_studio.program.scene.state import Box
 from physagent_studio.simulation import simulate
-from tests.agent.rules.scenes import STAGES
+from tests.agent.rules.scenes import STAGES, Stage
 
 
 @pytest.mark.parametrize(
@@ -29,3 +30,11 @@ def test_it_clears_what_it_leaps_over(stage: str, prompt: str, hurdle: str) -> N
     touching = {rollout.bodies.index(leaper), rollout.bodies.index(hurdle)}
     early = [row for row in rollout.contacts if row["step"] < 40]
     assert all({int(row["a"]), int(row["b"])} != touching for row in early)
+
+
+@pytest.mark.parametrize(("name", "stands"), [("frog", True), ("box", False)])
+def test_what_is_alive_comes_down_on_its_feet(name: str, stands: bool) -> None:
+    meadow = Stage("meadow", {name: (Box(size=(0.1, 0.1, 0.08)), (0.0, 2.0, 0.04), "floor")})
+    program = RuleGenerator().first(meadow.case(f"The {name} hops up."), meadow.reconstruct)
+    demands = [s for s in program.contract.statements if s.kind == "topples" and s.negated]
+    assert bool(demands) == stands

@@ -490,6 +490,8 @@ def test_there_and_on_is_no_rhythm_of_what_rolls_and_in_turn_is_one_thing() -> N
         "The tray with the cup on it slides to the left.",
         "The tray, with two cups on top, slides to the left.",
         "The tray with the cups inside slides to the left.",
+        "The tray with the left cup inside the right cup slides to the left.",
+        "The tray with the left cup on top of the right cup slides to the left.",
     ],
 )
 def test_what_a_thing_is_laden_with_goes_along_unsaid(prompt: str) -> None:

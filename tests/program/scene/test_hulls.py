@@ -38,3 +38,9 @@ def test_without_a_hull_it_is_an_ellipsoid_or_a_box_about_its_centre() -> None:
     size = (0.6, 0.1, 1.2)
     for shape in (Inflated(size=size), Meshed(asset="0" * 16, size=size)):
         assert outline_of(shape).bounds == pytest.approx(np.array([size, size]) / [[-2], [2]])
+
+
+def test_a_hull_without_thickness_stays_where_it_is() -> None:
+    level = tuple((x, y, 0.02) for x in (-0.2, 0.4) for y in (-0.05, 0.05))
+    outline = outline_of(Inflated(size=(0.6, 0.1, 1.2), hull=level))
+    assert outline.bounds[:, 2] == pytest.approx([0.02, 0.02])

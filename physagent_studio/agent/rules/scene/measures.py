@@ -33,6 +33,7 @@ from physagent_studio.program.scene.state import (
 )
 
 WAYS: dict[Direction, FloatArray] = {way: np.array(v) for way, v in DIRECTIONS.items()}
+UP = WAYS["up"]
 OPPOSITE: dict[Direction, Direction] = {
     "left": "right", "right": "left", "up": "down", "down": "up", "away": "toward_camera",
     "toward_camera": "away",

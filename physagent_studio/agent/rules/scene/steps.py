@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-import numpy as np
-
-from physagent_studio.agent.rules.scene.measures import Layout
+from physagent_studio.agent.rules.scene.measures import UP, Layout
 from physagent_studio.knowledge import is_step
 from physagent_studio.program.scene.state import Slab
-
-UP = np.array([0.0, 0.0, 1.0])
 
 
 def steps_below(layout: Layout, name: str) -> tuple[str, ...]:

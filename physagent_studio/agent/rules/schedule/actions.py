@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from physagent_studio.agent.rules.scene import mechanics as mech
-from physagent_studio.agent.rules.scene.measures import WAYS, FloatArray, Layout
+from physagent_studio.agent.rules.scene.measures import UP, FloatArray, Layout
 from physagent_studio.program.actions import (
     Action,
     After,
@@ -38,7 +38,6 @@ class StepSettings:
 
 
 STEPS = StepSettings()
-UP = WAYS["up"]
 
 
 def toward_or_along(

@@ -9,8 +9,8 @@ import numpy as np
 
 from physagent_studio.agent.rules.contract.intents import Intent
 from physagent_studio.agent.rules.scene import mechanics as mech
-from physagent_studio.agent.rules.scene.measures import Layout, level, unit
-from physagent_studio.agent.rules.schedule.scripts.task import TASK, UP
+from physagent_studio.agent.rules.scene.measures import UP, Layout, level, unit
+from physagent_studio.agent.rules.schedule.scripts.task import TASK
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,9 +7,9 @@ import math
 import numpy as np
 
 from physagent_studio.agent.rules.scene import mechanics as mech
-from physagent_studio.agent.rules.scene.measures import WAYS, level, unit
+from physagent_studio.agent.rules.scene.measures import UP, WAYS, level, unit
 from physagent_studio.agent.rules.schedule import actions as act
-from physagent_studio.agent.rules.schedule.scripts.task import UP, Task
+from physagent_studio.agent.rules.schedule.scripts.task import Task
 from physagent_studio.program.actions import Action, ApplyDisturbance, Direction
 
 ONWARD = ("roll", "slide", "move", "slip", "bounce", "land", "fall", "leave", "strike")

@@ -30,8 +30,6 @@ from physagent_studio.program.actions import Direction
 from physagent_studio.program.program import Clip
 from physagent_studio.program.scene.state import Ramp, Wheels
 
-UP = act.UP
-
 
 @dataclass(frozen=True, slots=True)
 class TaskSettings:

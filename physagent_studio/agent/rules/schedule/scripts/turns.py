@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from physagent_studio.agent.rules.scene import mechanics as mech
-from physagent_studio.agent.rules.scene.measures import WAYS, FloatArray, level, named_way, unit
+from physagent_studio.agent.rules.scene.measures import UP, WAYS, FloatArray, level, named_way, unit
 from physagent_studio.agent.rules.schedule import actions as act
 from physagent_studio.agent.rules.schedule.scripts.ground import along_ground
-from physagent_studio.agent.rules.schedule.scripts.task import UP, Task
+from physagent_studio.agent.rules.schedule.scripts.task import Task
 from physagent_studio.program.actions import Action, Direction, duration_of
 
 

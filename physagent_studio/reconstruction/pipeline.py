@@ -17,6 +17,7 @@ import numpy as np
 from physagent_studio.arrays import BoolArray
 from physagent_studio.errors import Cancelled
 from physagent_studio.language import hints
+from physagent_studio.program.scene.aloft import in_air
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import (
     Landmark,
@@ -187,7 +188,8 @@ def _look(
     meshes = bodies | skinned(image, masks, done, bodies)
     run.at("background", 0.82)
     inpaint = Inpainting(run.learned, run.cancelled)
-    plate = scene_plate(image, masks, sight.found, camera, done.supports, previous, inpaint)
+    aloft = [item.name for item in done.objects if in_air(item)]
+    plate = scene_plate(image, masks, sight.found, camera, done.supports, previous, aloft, inpaint)
     run.at("checks", 0.97)
     fixed = _support_meshes(done)
     # Checked is what collides: what is drawn lies in its mask whatever the body is.

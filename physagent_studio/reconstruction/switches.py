@@ -33,6 +33,7 @@ PLATES = {
     "scraps": "small bits that stand out of smooth ground beside it leave too",
     "floor reflections": "mirror images on polished ground leave",
     "cast shadows": "shade at the feet leaves",
+    "detached shadows": "the shadow on the ground of what is in the air leaves",
     "shade of stacks": "what stands on a thing makes its shade longer",
     "deeper shade": "darker and darker shade is tried where it ends at paint",
     "narrow gaps": "what a thing encloses leaves with it where that is narrow",

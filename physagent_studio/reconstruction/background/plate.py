@@ -17,6 +17,7 @@ from physagent_studio.arrays import FloatArray
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import Support
 from physagent_studio.reconstruction.background.cast_shadows import shaded
+from physagent_studio.reconstruction.background.detached_shadows import detached
 from physagent_studio.reconstruction.background.edges_through import (
     drawn,
     restored,
@@ -52,6 +53,7 @@ def background(
     found: Segments | None = None,
     solid: Sequence[Support] = (),
     rooted: Sequence[BoolArray] = (),
+    aloft: Sequence[BoolArray] = (),
     inpaint: Inpaint | None = None,
 ) -> Image:
     """The photo (H, W, 3) without the masked things and the shade close around their feet.
@@ -59,13 +61,14 @@ def background(
     camera: with it, what lies on the floor or a table is filled in as seen from above. found: the
     photo's edges, to continue them. solid: supports whose edges go on, with a camera. rooted: those
     of the masks whose things stay where they are, with their shade and what is at their foot.
+    aloft: those of the masks whose things are in the air: their shadows lie apart from them.
     inpaint: fills what lies on no known plane; without a camera none is known.
     """
     faces, lines = None, NO_LINES
     if camera is not None and at_work("faces"):
         faces = surfaces(photo, hole_of(masks, photo.shape[:2]), camera, solid)
     found = None if found is None else with_hues(photo, found)
-    hole, shade = taken_out(photo, masks, faces, rooted)
+    hole, shade = taken_out(photo, masks, faces, rooted, aloft)
     if camera is not None and at_work("edges of supports"):
         lines = np.concatenate([lines, edges_of(photo, hole, camera, solid)])
     if found is not None and not hole.all():
@@ -93,10 +96,12 @@ def taken_out(
     masks: Sequence[BoolArray],
     faces: NDArray[np.int64] | None = None,
     rooted: Sequence[BoolArray] = (),
+    aloft: Sequence[BoolArray] = (),
 ) -> tuple[BoolArray, BoolArray]:
     """(H, W) the masked things, what the masks have missed of them, their shade and mirror images.
 
-    Also the shade by itself. faces: (H, W) as `surfaces` gives them. rooted: see `background`.
+    Also the shade by itself. faces: (H, W) as `surfaces` gives them. rooted, aloft: see
+    `background`.
     """
     if not at_work("rooted"):
         rooted = ()
@@ -129,6 +134,8 @@ def taken_out(
         # The darkest shade is a line right at the foot: none of it shall be left between the two.
         if at_work("slits"):
             shade |= grow(shade, slit_px) & grow(hole, slit_px)
+    if faces is not None and at_work("detached shadows"):
+        shade |= detached(photo, aloft, hole | shade, faces)
     if at_work("scraps"):
         hole |= grow(scraps(photo, loose, hole | shade), 2)
     return hole | shade, shade

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
 
@@ -25,12 +25,13 @@ def scene_plate(
     camera: Camera,
     solid: Sequence[Support],
     previous: Scene | None = None,
+    aloft: Collection[str] = (),
     inpaint: Inpaint | None = None,
 ) -> Image:
     """The photo (H, W, 3) without the masked things; that of an earlier scene if it is the same.
 
     found: the photo's edges. camera, solid: what the scene's ground and supports were found to be.
-    inpaint: see `background`.
+    aloft: names of things in the air. inpaint: see `background`.
     """
     if (
         previous is not None
@@ -40,9 +41,15 @@ def scene_plate(
     ):
         return previous.plate
     rooted = [mask for name, mask in masks.items() if grows(name)]
-    things = list(masks.values())
     return background(
-        image, things, camera=camera, found=found, solid=solid, rooted=rooted, inpaint=inpaint
+        image,
+        list(masks.values()),
+        camera=camera,
+        found=found,
+        solid=solid,
+        rooted=rooted,
+        aloft=[mask for name, mask in masks.items() if name in aloft],
+        inpaint=inpaint,
     )
 
 

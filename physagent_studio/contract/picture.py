@@ -54,10 +54,13 @@ def sight_of(facts: Facts, name: str) -> Sight | None:
     return facts.cached(("sight", name), lambda: _sight(facts, name, camera))
 
 
-def shares_of(placed: Placed, camera: Camera) -> FloatArray:
-    """(T,) part of a body's silhouette within the frame, at each of its poses."""
+def beyond_of(placed: Placed, camera: Camera) -> FloatArray:
+    """(T,) how far a body's silhouette reaches beyond the frame at each of its poses, in parts of
+    its own longer side; infinite where it is not before the camera."""
     outline, _, ahead = _of_outline(placed, camera)
-    return np.where(ahead, _share(outline, camera), 0.0)
+    over = np.maximum(-outline, outline - np.array(camera.size, float)).max(axis=(1, 2))
+    long = np.maximum(np.ptp(outline, axis=1).max(axis=-1), 1e-9)
+    return np.where(ahead, np.maximum(over, 0.0) / long, np.inf)
 
 
 def _sight(facts: Facts, name: str, camera: Camera) -> Sight:

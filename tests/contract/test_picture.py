@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
 from physagent_studio.contract.facts import Facts
-from physagent_studio.contract.picture import NEAR, Sight, shares_of, sight_of
+from physagent_studio.contract.picture import NEAR, Sight, beyond_of, sight_of
 from physagent_studio.program import Camera, Clip, EventProgram, PhysicalProgram, SceneState
 from physagent_studio.program.rotations import about_axis, matrices_of
 from physagent_studio.program.scene.shapes import Placed, outline_of, stretched
@@ -79,21 +79,42 @@ def test_the_share_in_the_frame_is_what_counting_gives(
 ) -> None:
     pixel = np.array([[x * CAMERA.size[0], y * CAMERA.size[1]]])
     spot = np.array(CAMERA.position) + away * CAMERA.rays(pixel)
-    body = placed(shape, spot, np.array(about_axis(way, angle)))
-    assert shares_of(body, CAMERA)[0] == pytest.approx(counted(cloud(body), CAMERA), abs=0.03)
+    turn = np.array(about_axis(way, angle))
+    body = placed(shape, spot, turn)
+    # Two frames are the least that a clip has.
+    share = sight(shape, np.repeat(spot, 2, axis=0), turn).share[0]
+    assert share == pytest.approx(counted(cloud(body), CAMERA), abs=0.03)
 
 
 def test_the_share_is_all_within_and_nothing_outside_and_half_on_the_rim() -> None:
     pixels = np.array([[160.0, 100.0], [0.0, 100.0], [320.0, 100.0], [160.0, 200.0], [-60.0, 100]])
     spots = np.array(CAMERA.position) + 5.0 * CAMERA.rays(pixels)
-    shares = shares_of(placed(Sphere(radius=0.1), spots), CAMERA)
+    shares = sight(Sphere(radius=0.1), spots).share
     assert shares == pytest.approx([1.0, 0.5, 0.5, 0.5, 0.0], abs=0.03)
 
 
 def test_what_is_behind_the_camera_is_not_in_the_picture() -> None:
     ahead = CAMERA.matrix[:, 2]
     spots = np.array(CAMERA.position) + np.outer([3.0, -0.01, -3.0], ahead)
-    assert shares_of(placed(Sphere(radius=0.2), spots), CAMERA).tolist() == [1.0, 0.0, 0.0]
+    assert sight(Sphere(radius=0.2), spots).share.tolist() == [1.0, 0.0, 0.0]
+    beyond = beyond_of(placed(Sphere(radius=0.2), spots), CAMERA)
+    assert np.isinf(beyond).tolist() == [False, True, True]
+
+
+@settings(max_examples=25, deadline=None)
+@given(
+    shapes, axis, st.floats(0, 3), st.floats(-0.1, 1.1), st.floats(-0.1, 1.1), st.floats(2.5, 8.0)
+)
+def test_how_far_it_reaches_beyond_the_frame_is_what_its_surface_shows(
+    shape: Shape, way: tuple[float, float, float], angle: float, x: float, y: float, away: float
+) -> None:
+    pixel = np.array([[x * CAMERA.size[0], y * CAMERA.size[1]]])
+    spot = np.array(CAMERA.position) + away * CAMERA.rays(pixel)
+    body = placed(shape, spot, np.array(about_axis(way, angle)))
+    pixels, _ = CAMERA.project(cloud(body))
+    over = max(float(np.maximum(-pixels, pixels - np.array(CAMERA.size)).max()), 0.0)
+    expected = over / float(np.ptp(pixels, axis=0).max())
+    assert beyond_of(body, CAMERA)[0] == pytest.approx(expected, abs=0.03)
 
 
 def sight(shape: Shape, spots: FloatArray, turns: FloatArray | None = None) -> Sight:
@@ -170,4 +191,4 @@ def test_nothing_is_seen_where_there_is_no_camera() -> None:
 
 def test_the_nearest_that_is_seen_is_a_finger_wide() -> None:
     spot = np.array([CAMERA.position]) + (NEAR + 0.02) * CAMERA.matrix[:, 2]
-    assert shares_of(placed(Sphere(radius=0.01), spot), CAMERA)[0] > 0
+    assert sight(Sphere(radius=0.01), np.repeat(spot, 2, axis=0)).share[0] > 0

@@ -8,7 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from physagent_studio.agent.rules.scene.measures import FloatArray, Layout
-from physagent_studio.contract.picture import shares_of
+from physagent_studio.arrays import BoolArray
+from physagent_studio.contract.picture import beyond_of
+from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.shapes import Placed, stretched
 from physagent_studio.program.scene.state import Slab
 
@@ -17,8 +19,13 @@ from physagent_studio.program.scene.state import Slab
 class FramingSettings:
     """How far a motion may go and still be seen."""
 
-    min_seen_share: float = 0.85  # 0.5..1: of an outline, where a motion ends
+    # 0..0.2: of its outline's longer side, by which a thing reaches beyond the frame where a motion
+    # ends; what the frame cuts off already may stay as it is
+    max_beyond_ratio: float = 0.02
     good_share: float = 0.7  # 0.3..1: of the free way that a motion without an aim takes
+    tight_share: float = 0.9  # 0.5..1: of it, where little is free
+    wanted_sizes: float = 0.3  # own sizes, 0.1..1: of such a motion, where that much is free
+    min_sizes: float = 0.12  # own sizes, 0.05..0.3: likewise, where it is not: less is not seen
     max_way_m: float = 12.0  # 3..50: of any planned motion
     max_lengths: float = 8.0  # own sizes, 2..20: likewise: small things would be lost to the eye
     samples_count: int = 160  # 40..500: along the way
@@ -72,10 +79,7 @@ def _seen_way(layout: Layout, body: Placed, way: FloatArray) -> float:
     moved = Placed(
         body.outline, positions=here.positions + ahead[:, None] * way, matrices=here.matrices
     )
-    shares = shares_of(moved, camera)
-    # What the frame cuts off already may stay as it is.
-    least = min(FRAMING.min_seen_share, 0.95 * float(shares[0]))
-    out = np.flatnonzero(shares < least)
+    out = np.flatnonzero(~_is_whole(moved, camera))
     return float(ahead[max(int(out[0]) - 1, 0)]) if len(out) else FRAMING.max_way_m
 
 
@@ -88,16 +92,22 @@ def seen_along(layout: Layout, name: str, offsets: FloatArray) -> float:
     here = stretched(body, len(offsets))
     moves = np.column_stack([offsets, np.zeros(len(offsets))])
     moved = Placed(body.outline, positions=here.positions + moves, matrices=here.matrices)
-    shares = shares_of(moved, camera)
-    least = min(FRAMING.min_seen_share, 0.95 * float(shares[0]))
-    return float((shares >= least).mean())
+    return float(_is_whole(moved, camera).mean())
+
+
+def _is_whole(moved: Placed, camera: Camera) -> BoolArray:
+    """(T,) whether a body is seen as whole as at its first pose, or nearly all of it."""
+    beyond = beyond_of(moved, camera)
+    return np.asarray(beyond <= beyond[0] + FRAMING.max_beyond_ratio, bool)
 
 
 def good_way(layout: Layout, name: str, way: FloatArray) -> float:
     """The way that a motion takes of which nobody says how far it goes, m."""
     free = free_way(layout, name, way)
     size = layout.size(name)
-    return min(max(FRAMING.good_share * free, 0.3 * size), FRAMING.max_lengths * size)
+    tight = min(FRAMING.wanted_sizes * size, FRAMING.tight_share * free)
+    good = max(FRAMING.good_share * free, tight, FRAMING.min_sizes * size)
+    return min(good, FRAMING.max_lengths * size)
 
 
 def _before_edge(layout: Layout, name: str, way: FloatArray) -> float:

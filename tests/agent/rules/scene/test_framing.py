@@ -59,10 +59,8 @@ def test_more_is_seen_at_the_end_than_has_to_be() -> None:
     layout = layout_of(ball("ball", 0.0, 6.0))
     free = free_way(layout, "ball", RIGHT)
     ahead = rim(6.0) - free
-    # The part of a disc of radius 0.1 that a rim at that distance from its middle leaves.
-    part = np.clip(ahead / 0.1, -1, 1)
-    share = 1 - (np.arccos(part) - part * np.sqrt(1 - part**2)) / np.pi
-    assert share >= FRAMING.min_seen_share - 0.02
+    # What a ball of radius 0.1 has beyond the rim, over its width.
+    assert (0.1 - ahead) / 0.2 <= FRAMING.max_beyond_ratio + 0.02
 
 
 def test_what_the_rim_cuts_off_already_may_stay_so() -> None:
@@ -108,7 +106,13 @@ def test_a_good_way_is_a_part_of_the_free_one_and_no_journey(seed: int) -> None:
 
 def test_a_good_way_is_seen_even_where_there_is_little_room() -> None:
     layout = layout_of(ball("ball", 0.0, 6.0), ball("other", 0.21, 6.0))
-    assert good_way(layout, "ball", RIGHT) == pytest.approx(0.3 * layout.size("ball"))
+    assert good_way(layout, "ball", RIGHT) == pytest.approx(FRAMING.min_sizes * layout.size("ball"))
+
+
+@pytest.mark.parametrize("room", [0.03, 0.05])
+def test_where_little_is_free_nearly_all_of_it_is_taken(room: float) -> None:
+    layout = layout_of(ball("ball", 0.0, 6.0), ball("other", 0.2 + room, 6.0))
+    assert good_way(layout, "ball", RIGHT) == pytest.approx(FRAMING.tight_share * room)
 
 
 @pytest.mark.parametrize("size", [0.6, 1.2])

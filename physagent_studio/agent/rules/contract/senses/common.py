@@ -47,7 +47,7 @@ def travel(c: Context) -> list[Spec]:
         [
             any_of(
                 *(
-                    spec("moves", c.subject, distance=_least_along(c, distance, w), direction=w)
+                    spec("moves", c.subject, distance=least_along(c, distance, w), direction=w)
                     for w in ways
                 )
             )
@@ -90,7 +90,7 @@ def _least_way(c: Context) -> float:
     return c.length(0.1, 0.01, 0.05) if "slight" in c.frame.manner else c.length(0.5, 0.02, 0.2)
 
 
-def _least_along(c: Context, distance: float, way: Direction) -> float:
+def least_along(c: Context, distance: float, way: Direction) -> float:
     """No farther than the picture and what stands there leave it room along a way, m."""
     if c.frame.distance is not None or "offscreen" in c.frame.manner:
         return distance

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import math
+
 from physagent_studio.agent.rules.contract.intents import met
 from physagent_studio.agent.rules.contract.senses.common import (
     bent_path,
     comes_down,
     keeps_standing,
+    least_along,
     manner,
     struck_before,
     travel,
@@ -66,13 +69,24 @@ def roll(c: Context) -> list[Spec]:
     """Moves on the ground; a ball turns while it does."""
     found = move(c)
     if c.layout.rolls(c.subject):
-        found.append(spec("rotates", c.subject, angle=90.0))
+        found.append(spec("rotates", c.subject, angle=_least_roll(c)))
         if not comes_down(c):
             found.append(spec("airborne", c.subject, seconds=0.3, negated=True))
     elif c.layout.ramp_below(c.subject) is not None and not comes_down(c):
         uphill = c.frame.place("up") is not None or c.frame.direction == "up"
         found += _on_the_slope(c) if uphill else _down_the_slope(c)
     return found
+
+
+def _least_roll(c: Context) -> float:
+    """How far it turns at least as it rolls, degrees: less where the picture leaves little room."""
+    most = 90.0  # 45..180: where there is room
+    wide = 1.6  # radii, 1..2: of a way on which it may turn by so much, in radians
+    ways = [way for way in c.ways() if way not in ("up", "down")]
+    if not ways or c.frame.places:
+        return most
+    room = min(least_along(c, wide * c.size, way) for way in ways)
+    return min(most, round(math.degrees(2 * room / c.size), 0))
 
 
 def _on_the_slope(c: Context) -> list[Spec]:
@@ -265,7 +279,7 @@ def _upward(c: Context) -> list[Spec]:
             spec("moves", c.subject, distance=high, direction="up", negated=True),
         ]
     else:
-        found = [spec("moves", c.subject, distance=far, direction="up")]
+        found = [spec("moves", c.subject, distance=least_along(c, far, "up"), direction="up")]
     found += [
         spec("moves", c.subject, distance=far, direction=w)
         for w in c.ways()

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from physagent_studio.agent.rules.scene import mechanics as mech
-from physagent_studio.agent.rules.scene.framing import good_way
+from physagent_studio.agent.rules.scene.framing import free_way, good_way
 from physagent_studio.agent.rules.scene.measures import WAYS, place_name
 from physagent_studio.agent.rules.schedule import actions as act
 from physagent_studio.agent.rules.schedule.scripts.task import Task
@@ -17,6 +17,17 @@ from physagent_studio.program.scene.bodies import FLUTTER, Cloth
 from physagent_studio.program.scene.materials import density_of
 from physagent_studio.program.scene.plants import FOLIAGE, sway_frequency
 from physagent_studio.program.scene.state import SceneObject, Slab
+
+
+@dataclass(frozen=True, slots=True)
+class FlightSettings:
+    """How high what leaps or is lifted goes, however little room the picture leaves above it."""
+
+    min_rise_sizes: float = 0.2  # own sizes, 0.1..1: lower, and it is hardly seen to rise
+    min_rise_m: float = 0.03  # m, 0.01..0.1: likewise
+
+
+FLIGHT = FlightSettings()
 
 
 def through_air(task: Task) -> list[Action]:
@@ -68,7 +79,7 @@ def leap(task: Task) -> list[Action]:
     hurdle = task.intent.place("over", senses=("jump", "bounce"))
     if hurdle is not None and hurdle.kind == "object" and task.layout.has(hurdle.name):
         return [_over(task, hurdle.name)]
-    speed = math.sqrt(2 * mech.G * max(task.layout.size(task.name), 0.1))
+    speed = math.sqrt(2 * mech.G * _seen_up(task, max(task.layout.size(task.name), 0.1)))
     if (hops := _hops(task)) > 1:
         # What is left after each rebound has still to be seen after the last.
         kept = max(task.layout.touch(task.name, task.layout.ground()).restitution, 0.2)
@@ -78,6 +89,13 @@ def leap(task: Task) -> list[Action]:
     named = way if way not in (None, "up") else "up"
     force = act.toward_or_along(speed, way=named, elevation=elevation)
     return [act.push(task.name, force, duration=act.STEPS.kick_steps, label="jump")]
+
+
+def _seen_up(task: Task, height: float) -> float:
+    """How high it goes, m: less than a wanted height where its top would leave the picture."""
+    free = free_way(task.layout, task.name, WAYS["up"])
+    least = max(FLIGHT.min_rise_sizes * task.layout.size(task.name), FLIGHT.min_rise_m)
+    return max(min(height, free), least)
 
 
 def _hops(task: Task) -> int:
@@ -114,7 +132,7 @@ def lift(task: Task) -> list[Action]:
     What does nothing else rises faster and faster to the end, as far as the picture allows: what
     hangs still in the end was not told to.
     """
-    height = max(1.2 * task.layout.size(task.name), 0.12)
+    height = _seen_up(task, max(1.2 * task.layout.size(task.name), 0.12))
     seconds = task.seconds(0.25)
     first = act.STEPS.first_step
     if all(frame.sense == "rise" and frame.distance is None for frame in task.intent.frames):

@@ -25,6 +25,7 @@ from physagent_studio.agent.rules.planner.factors import may_change
 from physagent_studio.agent.rules.planner.trials import TRIAL, Candidate, Search
 from physagent_studio.agent.rules.planner.wording import proposal
 from physagent_studio.contract import Facts
+from physagent_studio.contract.picture import sight_of
 from physagent_studio.contract.view import acting_objects, pacing_of
 from physagent_studio.program.edits import Edit
 from physagent_studio.program.program import PhysicalProgram
@@ -42,6 +43,8 @@ class EasingSettings:
     times_as_long: tuple[float, ...] = (1.0, 3.0)  # ratio, 1..6: of how long a push lasts, tried
     soon_frames: int = 9  # frames, 4..20: by then something moves, unless it began later before
     min_way_share: float = 0.85  # 0.5..1: of its way that each acting thing still goes
+    # 0..0.2: of its longer side in the picture, by which each may reach beyond the frame
+    max_beyond_ratio: float = 0.02
 
 
 EASING = EasingSettings()
@@ -155,13 +158,25 @@ def _filled(checks: tuple[Check, ...]) -> float:
 
 
 def _is_seen_as_well(situation: Situation, found: Candidate, before: Rollout) -> bool:
-    """Whether each goes as far, and something moves as soon."""
+    """Whether each goes as far and is as whole in the picture, and something moves as soon."""
     assert found.rollout is not None
     now, was = Facts.of(found.program, found.rollout), Facts.of(situation.program, before)
     meant = acting_objects(situation.program) | _met(situation.program)
     names = [name for name in before.objects if name in meant]
     far = all(_way(now, name) >= EASING.min_way_share * _way(was, name) for name in names)
-    return far and _first(now) <= max(_first(was), EASING.soon_frames)
+    whole = all(_beyond(now, n) <= max(_beyond(was, n), EASING.max_beyond_ratio) for n in names)
+    return far and whole and _first(now) <= max(_first(was), EASING.soon_frames)
+
+
+def _beyond(facts: Facts, name: str) -> float:
+    """How far it reaches beyond the frame at most, in parts of its longer side in the picture."""
+    sight = sight_of(facts, name)
+    if sight is None:
+        return 0.0
+    assert facts.program.scene.camera is not None
+    size = np.array(facts.program.scene.camera.size, float)
+    over = np.maximum(-sight.outline, sight.outline - size).max(axis=(1, 2))
+    return float((np.maximum(over, 0) / np.maximum(sight.length, 1e-9)).max(initial=0.0))
 
 
 def _met(program: PhysicalProgram) -> set[str]:

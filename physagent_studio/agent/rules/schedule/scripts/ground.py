@@ -21,8 +21,11 @@ from physagent_studio.agent.rules.schedule import actions as act
 from physagent_studio.agent.rules.schedule.paths import arc_length, clearance, free_turn
 from physagent_studio.agent.rules.schedule.scripts.blows import blow, sent_off
 from physagent_studio.agent.rules.schedule.scripts.task import TASK, Task
+from physagent_studio.knowledge import kind_of
 from physagent_studio.language import Place
+from physagent_studio.language.tokens.vocabulary import words_of
 from physagent_studio.program.actions import Action, Directed, Direction
+from physagent_studio.program.base import Position
 from physagent_studio.program.scene.state import Slab
 
 
@@ -32,6 +35,8 @@ class GroundSettings:
 
     max_push_share: float = 0.5  # 0.2..1: of the clip, for which a thing is pushed along
     arrive_share: float = 0.6  # 0.3..0.9: of the clip, after which it is where it shall be
+    carried_share: float = 0.75  # 0.4..0.9: of the clip, for which what is carried along moves
+    starting_share: float = 0.2  # 0.05..0.5: of its time, in which what goes on has its speed
     max_out_sizes: float = 40.0  # own sizes, 10..100: to leave the picture; farther, it stays in it
     # 0.2..1: over that of a fall by half its size: a heap collapses on the spot
     heap_speed_ratio: float = 0.5
@@ -42,6 +47,8 @@ class GroundSettings:
 
 
 GROUND = GroundSettings()
+_GOING = words_of("move slide push pull stop settle start")
+"""What is said of a thing that is carried along and has nothing else to do."""
 
 
 def along_ground(task: Task) -> list[Action]:
@@ -55,10 +62,12 @@ def along_ground(task: Task) -> list[Action]:
         return _curved(task, target, speed)
     if task.wheels is None and (round_it := _way_round(task, target)) is not None:
         return _curved(task, target, speed, *round_it)
-    force = _aimed(task, target, speed)
-    duration = _push_steps(task, target, speed)
     shoved = task.wheels is None and _is_shoved(task, target)
     foot = act.foot_point(task.layout, task.name) if shoved else None
+    if _is_carried(task, target):
+        return _carried(task, foot)
+    force = _aimed(task, target, speed)
+    duration = _push_steps(task, target, speed)
     start: list[Action] = [
         act.push(task.name, force, start=task.delay, duration=duration, point=foot)
     ]
@@ -90,6 +99,40 @@ def _is_shoved(task: Task, target: Place | None) -> bool:
     glides = task.ground_friction() < GROUND.max_glide_friction
     rigid = (item := task.layout.state.object(task.name)) is not None and item.body.kind == "rigid"
     return sliding and rigid and not sent and not glides
+
+
+def _is_carried(task: Task, target: Place | None) -> bool:
+    """Whether what pushes it goes with it to the end of its way, as a hand does, so that it comes
+    to rest gently: where nobody says how fast, and nothing happens at the end or beside the way."""
+    plain = target is None and not task.intent.hits and task.speed is None and task.far is None
+    told = task.intent.manner("offscreen", "fast", "hard", "rhythmic", "slow", "gentle")
+    further = any(f.sense not in _GOING for f in task.intent.frames)
+    on_level = task.layout.ramp_below(task.name) is None
+    return plain and on_level and not told and not further and _is_shoved(task, target)
+
+
+def _carried(task: Task, foot: Position | None) -> list[Action]:
+    """Faster for half of its time and slower for the other half; what walks or drives and is not
+    said to stop soon has its speed, and keeps it."""
+    distance, kind = _distance(task, None), kind_of(task.name)
+    stops = task.intent.has("stop", "settle")
+    if stops or not (task.wheels is not None or (kind is not None and kind.is_alive)):
+        seconds = task.seconds(GROUND.carried_share)
+        first, second = (round(seconds / 2 / task.clip.step_seconds),) * 2
+        speed, then = 2 * distance / seconds, 0.0
+    else:
+        seconds = task.seconds(1.0) - task.delay * task.clip.step_seconds
+        first = round(GROUND.starting_share * seconds / task.clip.step_seconds)
+        second = task.clip.steps - task.delay - first
+        speed = then = distance / (seconds * (1 - GROUND.starting_share / 2))
+    aim = _aimed(task, None, min(max(speed, 0.02), TASK.max_speed_mps))
+    start = act.push(task.name, aim, start=task.delay, duration=first, point=foot)
+    aim = aim.model_copy(update={"magnitude": then and aim.magnitude})
+    on = act.push(
+        task.name, aim, start=0, duration=second, point=foot, when=act.after(start),
+        label="go_on" if then else "slow",
+    )  # fmt: skip
+    return [start, on]
 
 
 def _distance(task: Task, target: Place | None) -> float:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from physagent_studio.agent.rules.scene.measures import Layout
+from physagent_studio.agent.rules.scene.measures import WAYS, Layout
+from physagent_studio.knowledge import kind_of
 from physagent_studio.language import Reading
 from physagent_studio.program.scene.state import Grounding
 from physagent_studio.records import Case
@@ -44,7 +45,7 @@ def from_nowhere(case: Case, reading: Reading, layout: Layout) -> frozenset[str]
     """Objects that fall although the scene has them on the ground: they hung in the air.
 
     Told of things that nothing pushes, that lie on nothing else and cannot fall over: what is
-    round, or comes from something that the picture does not name ("from its branch").
+    round or flat, or comes from something that the picture does not name ("from its branch").
     """
     found: set[str] = set()
     told: set[str] = set()
@@ -66,9 +67,22 @@ def from_nowhere(case: Case, reading: Reading, layout: Layout) -> frozenset[str]
                 found |= {name} if falls else set()
             elif not first or not falls or place is not None:
                 continue
-            elif layout.rolls(name) or _from_unknown(case.prompt, reading):
+            elif _cannot_topple(layout, name) or _from_unknown(case.prompt, reading):
                 found.add(name)
     return frozenset(found)
+
+
+def _cannot_topple(layout: Layout, name: str) -> bool:
+    """Whether it has no side to fall over to: it is round, or lies already."""
+    flat = 0.6  # 0.3..0.9: of its height over its length
+    kind = kind_of(name)
+    if layout.rolls(name):
+        return True
+    if kind is not None and kind.is_alive:
+        return False
+    across = (WAYS["right"], WAYS["away"])
+    long = max(layout.extent(name, one) + layout.extent(name, -one) for one in across)
+    return layout.height(name) < flat * long
 
 
 def _from_unknown(prompt: str, reading: Reading) -> bool:

@@ -5,9 +5,18 @@ from __future__ import annotations
 import pytest
 
 from physagent_studio.agent.rules.generator import stock_of
-from physagent_studio.agent.rules.scene.hanging import in_the_air
+from physagent_studio.agent.rules.scene.hanging import from_nowhere, in_the_air
+from physagent_studio.agent.rules.scene.measures import Layout
 from physagent_studio.language import read
-from physagent_studio.program.scene.state import Click, Grounding, Support
+from physagent_studio.program.scene.state import (
+    Box,
+    Click,
+    Floor,
+    Grounding,
+    SceneObject,
+    SceneState,
+    Support,
+)
 from physagent_studio.records import Case
 
 
@@ -44,3 +53,28 @@ def test_what_falls_into_a_thing_below_it_hangs(prompt: str, expected: set[str])
 def test_with_something_in_between_it_may_stand_on_that() -> None:
     case = _case("The green ball falls into the bowl.", wooden_shelf=_at(302, 120))
     assert in_the_air(case, read(case.prompt, stock_of(case))) == frozenset()
+
+
+BRICK, PILLAR = (0.2, 0.1, 0.06), (0.1, 0.1, 0.3)
+
+
+@pytest.mark.parametrize(
+    ("size", "prompt", "hung"),
+    [
+        (BRICK, "The box falls to the ground.", True),
+        (BRICK, "The box falls.", True),
+        (PILLAR, "The box falls to the ground.", False),
+        (BRICK, "The box slides to the right and falls.", False),
+        (BRICK, "The box does not fall.", False),
+    ],
+)
+def test_what_falls_and_cannot_fall_over_hung(
+    size: tuple[float, float, float], prompt: str, hung: bool
+) -> None:
+    box = SceneObject(
+        name="box", shape=Box(size=size), position=(0, 4, size[2] / 2), support="floor"
+    )
+    state = SceneState(objects=(box,), supports=(Support(name="floor", shape=Floor()),))
+    case = Case("box", None, "", (("box", _at(300, 60)),), (), (), prompt)
+    reading = read(prompt, stock_of(case))
+    assert from_nowhere(case, reading, Layout(state)) == ({"box"} if hung else set())

@@ -63,6 +63,7 @@ BODIES = {
     "outline bending": "also by a thin plate along the outline",
     "outline carving": "what projects beside the mask of a body laid out deep is not drawn",
     "light off": "light is read off round things and taken out of their textures",
+    "light on blocks": "so is that on the sides of a block of one colour",
     "gloss off": "gloss too",
     "plain balls": "what changes slowly over a ball of one colour is light",
     "rim shade": "shade at a ball's rim is light, not its colour",

@@ -24,7 +24,7 @@ class DetachedSettings:
     reach_sizes: tuple[float, float] = (2.0, 4.0)
     # own sizes, 1..4: side of the square whose median colour is taken for the ground's
     ground_sizes: float = 2.2
-    # log, 0.05..0.5: by which every colour is darker than the ground, and the mean of them is
+    # log, 0.02..0.5: by which every colour is darker than the ground, and the mean of them is
     min_darker_logs: tuple[float, float] = (0.04, 0.12)
     # log, 0.2..1: by which one colour may be darker than another: the sky lights a shadow blue
     max_tint_log: float = 0.6
@@ -34,10 +34,9 @@ class DetachedSettings:
     min_peak_log: float = 0.06  # log, 0.02..0.3: how dark it is there in the mean of a spot
     peaks_count: int = 6  # count, 1..10: of the darkest places that are looked at
     same_ground_levels: int = 30  # grey levels, 10..80: by which ground of one kind differs
-    # 0.02..4: of its area and its width over the thing's
-    area_shares: tuple[float, float] = (0.06, 0.9)
-    width_shares: tuple[float, float] = (0.45, 1.4)
-    min_solidity: float = 0.78  # 0.5..1: of its area over that of its convex hull: things are round
+    area_shares: tuple[float, float] = (0.06, 0.9)  # 0.02..2: of its area over the thing's
+    width_shares: tuple[float, float] = (0.45, 1.4)  # 0.2..4: of its width over the thing's
+    min_solid_share: float = 0.78  # 0.5..1: of its convex hull that it fills: things are round
     rim_px: int = 3  # 1..8: of the smaller picture, over which it fades out
     faint_ratio: float = 0.3  # 0.1..0.6: of its darkness, of what its rim still has
     # 0.5..1: of the ground right around it that is less than half as dark
@@ -171,7 +170,7 @@ def _is_like(spot: BoolArray, stats: IntArray, own: BoolArray) -> bool:
     outlines, _ = cv2.findContours(spot.astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
     hull = cv2.convexHull(np.concatenate(outlines))
     full = cv2.fillConvexPoly(np.zeros(spot.shape, np.uint8), hull, 1)
-    return bool(np.count_nonzero(spot) >= DETACHED.min_solidity * np.count_nonzero(full))
+    return bool(np.count_nonzero(spot) >= DETACHED.min_solid_share * np.count_nonzero(full))
 
 
 def _is_lit_around(spot: BoolArray, depth: FloatImage, near: BoolArray) -> bool:

@@ -21,6 +21,7 @@ class HiddenSettings:
     """How a covered side is painted."""
 
     min_seen_share: float = 0.3  # 0.1..0.8: of a side, from which the photo shows it
+    min_own_share: float = 0.03  # 0..0.2: of a side, from which what is seen of it tells its colour
     beside_ratio: float = 0.05  # 0.01..0.2: over the smaller extent: where its colour is looked for
     # 0..0.05: over the same: the outline's ring in which others shine through
     leak_ratio: float = 0.015
@@ -60,6 +61,9 @@ def covered_painted(
         if not area.any() or mask[window][area].mean() > HIDDEN.min_seen_share:
             continue
         beside = core[window] & grow(area, max(3, round(HIDDEN.beside_ratio * size)))
+        if (core[window] & area).sum() < HIDDEN.min_own_share * area.sum():
+            # Beside it lies another side's rim, which may have a border: then its usual colour.
+            beside = core[window]
         colour = commonest(photo[window][beside])
         if colour is None:
             continue

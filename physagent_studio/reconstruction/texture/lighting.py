@@ -31,6 +31,7 @@ from physagent_studio.program.scene.forms import (
 from physagent_studio.program.scene.state import SceneObject
 from physagent_studio.reconstruction.photo.regions import BoolArray, grow, shrink
 from physagent_studio.reconstruction.switches import at_work
+from physagent_studio.reconstruction.texture.block_light import block_terms, evened_rims, is_block
 from physagent_studio.records.case import Image
 from physagent_studio.records.scene import Mesh, Shading
 from physagent_studio.rendering.batch import Batch
@@ -98,9 +99,11 @@ def unlit(
 ) -> tuple[Image, Shading] | None:
     """The photo (H, W, 3) with the light taken off the thing, and that light; None for none.
 
-    None for what is not smooth and round, and where the photo tells of no light on it.
+    None for what is neither smooth and round nor a block, and where the photo tells of no light
+    on it.
     """
-    if not at_work("light off") or not _smooth(item) or not mask.any():
+    block = is_block(item) and at_work("light on blocks")
+    if not at_work("light off") or not (block or _smooth(item)) or not mask.any():
         return None
     seen = _seen(camera, item, mesh)
     inner = shrink(mask, 2) & seen.shown
@@ -109,13 +112,19 @@ def unlit(
     inner &= (seen.normals @ towards) > math.cos(FARTHEST)
     if np.count_nonzero(inner) < LIGHTING.min_px:
         return None
-    terms = _fitted(photo, seen.normals, inner, towards)
+    terms = (
+        block_terms(photo, seen.normals, inner, item)
+        if block
+        else _fitted(photo, seen.normals, inner, towards)
+    )
     if terms is None:
         return None
     x, y, z = (float(part) for part in towards)
     shading = Shading(tuple(tuple(row) for row in terms.T.tolist()), (x, y, z), item.rotation)
     own = mask & seen.shown
     plain = _without(photo, seen, own, shading)
+    if block:
+        return evened_rims(plain, seen.normals, own, item), shading
     if isinstance(item.shape, Inflated) or not at_work("gloss off"):
         return plain, shading
     return _without_gloss(photo, plain, seen, own, shading)

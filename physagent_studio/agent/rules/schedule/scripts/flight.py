@@ -24,7 +24,7 @@ class FlightSettings:
     """How high what leaps or is lifted goes, however little room the picture leaves above it."""
 
     min_rise_sizes: float = 0.25  # own sizes, 0.1..1: lower, and it is hardly seen to rise
-    min_rise_m: float = 0.03  # m, 0.01..0.1: likewise
+    min_rise_m: float = 0.03  # m, 0.01..0.1: likewise, for what is small
 
 
 FLIGHT = FlightSettings()

@@ -25,7 +25,7 @@ class BlockLightSettings:
     """When sides of a block differ by their light alone."""
 
     min_side_px: int = 60  # 20..500: of a side, for its colour to be known
-    min_facing_cosine: float = 0.9  # cosine, 0.7..0.99: of what belongs to a side, and not to an edge
+    min_facing_cosine: float = 0.9  # cosine, 0.7..0.99: of what belongs to a side and no edge
     max_hue_log: float = 0.16  # 0.05..0.4: between two sides; more is paint
     # 0.03..2: by how much the brightest side is brighter than the darkest; less is
     # nothing, more is paint

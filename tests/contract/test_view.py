@@ -447,6 +447,17 @@ def test_what_only_tips_over_comes_down_where_it_stood(seed: int) -> None:
 
 
 @seeds
+def test_what_tips_off_a_stack_comes_down_as_far_off_as_it_was_high(seed: int) -> None:
+    high = np.random.default_rng(seed).uniform(0.7, 0.9)
+    off = [go("ball", 0.9, 0, 0), hold("ball", 60, 320)]
+    for z, ok in ((high, True), (0.1, False)):
+        program = scene_of([at(BALL, -1.0, z, support="air")], off, says("topples"))
+        check = views(program)["view.place.ball"]
+        agrees(check)
+        assert check.ok == ok, check.text
+
+
+@seeds
 def test_what_nothing_is_told_of_is_not_run_into(seed: int) -> None:
     rng = np.random.default_rng(seed)
     way = side(rng)

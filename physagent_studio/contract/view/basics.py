@@ -105,8 +105,9 @@ def sight_in(facts: Facts, name: str) -> Sight:
 
 
 REACH = 1.5
-"""Farthest that the middle of what only tips over goes, over its height: lying down takes it half
-its height and half its width, and what is round rolls on a little."""
+"""Farthest that the middle of what only tips over goes, over how high it reached above where it
+comes down: lying down takes it half its height and half its width, and what is round rolls on a
+little."""
 _IN_PLACE = frozenset(("topples", "upright", "moves", "rests_on", "stays", "stops"))
 
 
@@ -118,7 +119,7 @@ def in_place(facts: Facts, names: tuple[str, ...]) -> list[Check]:
         told = {s.kind for s in own}
         if "topples" not in told or not told <= _IN_PLACE:
             continue
-        reach = REACH * height_of(facts, name)
+        reach = REACH * _over_its_end(facts, name)
         places = facts.track(name, facts.whole()).positions[:, :2]
         far = float(np.linalg.norm(places - places[0], axis=1).max())
         text = (
@@ -134,6 +135,16 @@ def in_place(facts: Facts, names: tuple[str, ...]) -> list[Check]:
 
 def _named(statement: Statement) -> tuple[str, ...]:
     return tuple(str(getattr(statement, field, "")) for field in ("subject", "other"))
+
+
+def _over_its_end(facts: Facts, name: str) -> float:
+    """How high its top is at first above its lowest point at the end, m: its own height, and for
+    what stood on others theirs as well."""
+    up = np.array([[0.0, 0.0, 1.0]])
+    first = facts.track(name, Window(0, 0)).placed
+    last = facts.track(name, Window(facts.last, facts.last)).placed
+    above = float(first.support(up)[0, 2] - last.support(-up)[0, 2])
+    return max(above, height_of(facts, name))
 
 
 def height_of(facts: Facts, name: str) -> float:

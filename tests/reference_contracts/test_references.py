@@ -320,9 +320,15 @@ def test_ten_times_as_fast_is_harder_to_see(name: str) -> None:
     assert shortfall(view) > shortfall(first_view(name))
 
 
+BOTH_WAYS = ("toy_car_ramp__reaches_table",)
+"""Sent the other way as gently they stay in the picture too, and wheels may roll backwards."""
+
+
 @seen
 def test_the_mirrored_program_leaves_the_picture_or_cannot_be_followed(name: str) -> None:
     program = mirrored(first_program(name))
     if program is None or not has_direction(name) or not in_the_picture(name):
         pytest.skip("nothing to mirror, or it leaves the picture as it is")
+    if name in BOTH_WAYS:
+        pytest.skip("it stays in the picture either way")
     assert not all(check.ok for check in view_of(name, program))

@@ -82,7 +82,7 @@ def _least_roll(c: Context) -> float:
     """How far it turns at least as it rolls, degrees: less where the picture leaves little room."""
     most = 90.0  # 45..180: where there is room
     wide = 1.6  # radii, 1..2: of a way on which it may turn by so much, in radians
-    ways = [way for way in c.ways() if way not in ("up", "down")]
+    ways: list[Direction] = [way for way in c.ways() if way not in ("up", "down")]
     if not ways or c.frame.places:
         return most
     room = min(least_along(c, wide * c.size, way) for way in ways)

@@ -125,10 +125,10 @@ def sways(statement: Sways, facts: Facts, window: Window) -> Outcome:
     if found is not None:
         angle, steps = _lean_of_vertices(found[0]), found[1]
     else:
-        track = facts.track(statement.subject, window)
-        if track.outline.is_ball:
-            return _never(window, "a rigid ball does not sway")
-        angle, steps = _lean(track), np.arange(window.first, window.last + 1)
+        angle, steps = (
+            _lean(facts.track(statement.subject, window)),
+            np.arange(window.first, window.last + 1),
+        )
     swing = float(np.ptp(angle)) / 2 if len(angle) else 0.0
     if swing < statement.amplitude:
         margin = excess(swing, statement.amplitude) - 1e-3

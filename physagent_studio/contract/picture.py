@@ -27,13 +27,17 @@ class Sight:
     outline: (F, K, 2) pixels of its silhouette, in order round it where it is rigid. marks:
     (F, M, 2) pixels of points of its body that a viewer follows. share: (F,) part of its
     silhouette within the frame. steps: (F − 1,) how far a mark moves at most from one frame to
-    the next while it is in the frame, parts of the picture's width.
+    the next while it is in the frame, parts of the picture's width. sides: (F, S, 2) pixels of
+    points on its surface, by which it is seen to spin where marks and outline stay; turns:
+    (F − 1,) the steps of these.
     """
 
     outline: FloatArray
     marks: FloatArray
     share: FloatArray
     steps: FloatArray
+    sides: FloatArray
+    turns: FloatArray
 
     @property
     def centre(self) -> FloatArray:
@@ -68,6 +72,7 @@ def _sight(facts: Facts, name: str, camera: Camera) -> Sight:
     deformed = dict(rollout.vertices).get(name)
     if deformed is not None and len(deformed):
         outline, marks, ahead = _of_vertices(deformed, rollout.frames, camera)
+        sides = marks
         share = _within(outline, camera).mean(axis=1)
     else:
         rows = np.minimum(rollout.frame_steps(), facts.last)
@@ -78,9 +83,11 @@ def _sight(facts: Facts, name: str, camera: Camera) -> Sight:
             matrices=matrices_of(rollout.rotations[rows, index]),
         )
         outline, marks, ahead = _of_outline(placed, camera)
+        sides = _projected(_followed(placed, _sides(facts.outline(name))), camera)[0]
         share = _share(outline, camera)
     share = np.where(ahead, share, 0.0)
-    return Sight(outline, marks, share, _steps(marks, share, camera))
+    steps, turns = (_steps(points, share, camera) for points in (marks, sides))
+    return Sight(outline, marks, share, steps, sides, turns)
 
 
 def _of_vertices(
@@ -99,10 +106,14 @@ def _of_outline(placed: Placed, camera: Camera) -> tuple[FloatArray, FloatArray,
     right, down = _across(placed.positions, camera)
     turn = np.linspace(0, 2 * np.pi, AROUND, endpoint=False)
     rim = np.stack([placed.support(np.cos(t) * right + np.sin(t) * down) for t in turn], axis=1)
-    local = _marks(placed.outline)
-    body = placed.positions[:, None] + np.einsum("tij,mj->tmi", placed.matrices, local)
+    body = _followed(placed, _marks(placed.outline))
     outline, ahead = _projected(rim, camera)
     return outline, _projected(body, camera)[0], ahead
+
+
+def _followed(placed: Placed, local: FloatArray) -> FloatArray:
+    """(T, M, 3) world points of points (M, 3) of a body."""
+    return placed.positions[:, None] + np.einsum("tij,mj->tmi", placed.matrices, local)
 
 
 def _across(places: FloatArray, camera: Camera) -> tuple[FloatArray, FloatArray]:
@@ -120,10 +131,20 @@ def _unit(vectors: FloatArray) -> FloatArray:
 def _marks(outline: Outline) -> FloatArray:
     """(M, 3) points by which a viewer sees a body turn, body frame: none but the middle of a
     ball, the ends of its axis of what is round, else the middles of its six sides."""
-    middle = outline.bounds.mean(axis=0)
     if outline.is_ball:
-        return middle[None]
-    axes = np.eye(3) if outline.axis is None else np.array([outline.axis])
+        return outline.bounds.mean(axis=0)[None]
+    return _ends(outline, np.eye(3) if outline.axis is None else np.array([outline.axis]))
+
+
+def _sides(outline: Outline) -> FloatArray:
+    """(7, 3) the middle of a body and of its six sides, body frame: what is round is seen to
+    spin by them, if it is of more than one colour."""
+    return _ends(outline, np.eye(3))
+
+
+def _ends(outline: Outline, axes: FloatArray) -> FloatArray:
+    """(1 + 2K, 3) the middle of a body and where axes (K, 3) through it leave it."""
+    middle = outline.bounds.mean(axis=0)
     ends = np.concatenate([outline.support(axes), outline.support(-axes)])
     on_axes = middle + (ends - middle) * np.tile(np.abs(axes), (2, 1))
     return np.concatenate([middle[None], on_axes])

@@ -19,12 +19,16 @@ Way = Literal[
 LandmarkKind = Literal["point", "line", "area", "opening"]
 
 
+EDGES = ("edge", "end")
+"""Parts of a support beyond which nothing carries: any side of it, or one across its length."""
+
+
 @dataclass(frozen=True, slots=True)
 class Place:
     """A place that a clause speaks of.
 
     kind: what `name` is; a group is what the clause's object stands on or among. part: a place
-    on it (`edge`, `lower_end`, …) or "". landmark_kind: for landmarks that the case does not
+    on it (`edge`, `end`, `lower_end`, …) or "". landmark_kind: for landmarks that the case does not
     give, what they would be. ends: the two objects between which a line is meant.
     """
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
 from physagent_studio.knowledge import (
@@ -24,6 +24,8 @@ _ALOFT = re.compile(
     r"|(?:sinks?|sinking|descends?|descending)\b[^.;,]{0,30}\bto the (?:ground|floor))\b"
 )
 _LEANING = re.compile(r"\b(lean(?:s|ing|t|ed)?|propped|tilted|aslant|askew)\b")
+_SLIDING = re.compile(r"\b(slid\w*|glid\w*)\b")
+_ROUND = ("sphere", "ellipsoid")
 BEFORE, BEHIND = 60, 40
 """Letters before and behind words of posture among which the name of their owner stands."""
 _BLOWS = "bump|crash|run|slam|knock|smash|bang|plough|plow|ram|hit|drive|collide"
@@ -38,21 +40,25 @@ _NUMBERS = ("two", "three", "four", "five", "six", "seven", "eight", "nine", "te
 class SceneHints:
     """What reconstruction may know of the sentence.
 
-    aloft, leaning: names that hang or float, or lean. hollow: names of open vessels, as the
-    sentence uses them. steps: of a flight of stairs, where told. seen: what is to be looked for,
-    as in `seen_by`. names: each name with its noun in full, as in `called`.
+    aloft, leaning, sliding: names that hang or float, or lean, or slide. hollow: names of open
+    vessels, as the sentence uses them. steps: of a flight of stairs, where told. seen: what is to
+    be looked for, as in `seen_by`. names: each name with its noun in full, as in `called`.
     """
 
     aloft: frozenset[str] = frozenset()
     leaning: frozenset[str] = frozenset()
+    sliding: frozenset[str] = frozenset()
     hollow: frozenset[str] = frozenset()
     steps: int | None = None
     seen: frozenset[str] = frozenset()
     names: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))
 
     def usual(self, name: str) -> Usual:
-        """What is usual for a thing of that name in this sentence."""
-        return usual_size(self.names.get(name, name))
+        """What is usual for a thing of that name in this sentence: what slides has a flat base,
+        where a thing of that name can have one."""
+        usual = usual_size(self.names.get(name, name))
+        flat = tuple(shape for shape in usual.shapes if shape not in _ROUND)
+        return replace(usual, shapes=flat) if flat and name in self.sliding else usual
 
 
 def hints(prompt: str, objects: Collection[str], supports: Collection[str] = ()) -> SceneHints:
@@ -63,6 +69,7 @@ def hints(prompt: str, objects: Collection[str], supports: Collection[str] = ())
     return SceneHints(
         aloft=frozenset(name for name in things if _is_said(_ALOFT, name, things, prompt)),
         leaning=frozenset(name for name in things if _is_said(_LEANING, name, things, prompt)),
+        sliding=frozenset(name for name in objects if _is_said(_SLIDING, name, things, prompt)),
         hollow=hollow,
         steps=told_steps(prompt),
         seen=seen_by(prompt),

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise, zip_longest
 
+from physagent_studio.knowledge import kind_of
 from physagent_studio.language.frames import EventFrame, ReadClause, Reading
 from physagent_studio.language.reference.names import Resolved, resolve_objects
 from physagent_studio.language.reference.stock import Inventory
@@ -102,6 +103,7 @@ class _Reader(Meanings):
             self.unknown[word] = None
         _aim_at_what_gives_way(self.frames)
         _but_not(self.frames)
+        _backwards_at_first(self.frames)
         _back_once_turned(self.frames)
         clauses = tuple(c for c in self.clauses if c.text)
         return Reading(clauses, tuple(self.frames), tuple(self.unknown))
@@ -306,6 +308,28 @@ def _aim_at_what_gives_way(frames: list[EventFrame]) -> None:
         if after.patient == (aim.name,) and after.sense in _GIVES_WAY and not after.negated:
             rows = tuple(("against", p) if r == "at" else (r, p) for r, p in frame.places)
             frames[index] = replace(frame, places=rows)  # type: ignore[arg-type]
+
+
+def _backwards_at_first(frames: list[EventFrame]) -> None:
+    """ "The car backs up": what has wheels and has not gone anywhere yet goes backwards."""
+    went: set[str] = set()
+    for index, frame in enumerate(frames):
+        kinds = [kind_of(name) for name in frame.patient]
+        wheeled = bool(kinds) and all(kind is not None and kind.wheels for kind in kinds)
+        first = frame.sense == "reverse" and not went & {*frame.patient}
+        if first and (frame.direction in _WAYS or frame.place("toward") is not None):
+            # "Rolls back towards the camera": back is where it is said to go.
+            frames[index] = replace(frame, sense="move")
+        elif first and wheeled:
+            way = frame.direction or "backward"
+            manner = frame.manner | {"backwards"}
+            frames[index] = replace(frame, sense="move", direction=way, manner=manner)
+        went |= {*frame.patient} if frame.sense not in _AT_REST else set()
+
+
+_WAYS = ("left", "right", "away", "toward_camera")
+_AT_REST = ("be", "stay", "rest", "hang")
+"""Senses of what goes nowhere."""
 
 
 def _back_once_turned(frames: list[EventFrame]) -> None:

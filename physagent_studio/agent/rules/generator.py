@@ -15,7 +15,7 @@ from physagent_studio.agent.rules.scene.footing import (
     with_room,
     with_walls_weighed,
 )
-from physagent_studio.agent.rules.scene.hanging import from_nowhere, in_the_air
+from physagent_studio.agent.rules.scene.hanging import bounces_unseen, from_nowhere, in_the_air
 from physagent_studio.agent.rules.scene.materials import ground_material, material_of, unknown
 from physagent_studio.agent.rules.scene.measures import Layout
 from physagent_studio.agent.rules.scene.named_tables import surface_left
@@ -45,7 +45,10 @@ class RuleGenerator:
         reading = read(case.prompt, stock)
         scene = reconstruct(open_scene(case, reading, stock))
         if aloft := from_nowhere(case, reading, Layout(scene.state)):
-            scene = reconstruct(open_scene(case, reading, stock, aloft))
+            hung = reconstruct(open_scene(case, reading, stock, aloft))
+            layout = Layout(hung.state)
+            if not any(bounces_unseen(reading, layout, name) for name in aloft):
+                scene = hung
         # Which one is the taller, and what stands on what, is known only now.
         told = read(case.prompt, stock_in(case, scene.state))
         return self.program(case, told, scene.state, scene.masks)

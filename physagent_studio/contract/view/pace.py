@@ -85,7 +85,8 @@ def moving_frames(facts: Facts, names: tuple[str, ...]) -> BoolArray:
     moving = np.zeros(facts.rollout.frames - 1, bool)
     for name in names:
         sight = sight_in(facts, name)
-        moving |= (sight.steps >= NOTICED) & (sight.share[1:] >= INSIDE)
+        seen = np.maximum(sight.steps, sight.turns)
+        moving |= (seen >= NOTICED) & (sight.share[1:] >= INSIDE)
     return moving
 
 
@@ -167,8 +168,8 @@ def something(facts: Facts, names: tuple[str, ...]) -> Check:
         sight = sight_in(facts, name)
         seen = sight.share > 0.25
         if seen.any():
-            marks = sight.marks[seen]
-            best = max(best, float(np.linalg.norm(marks - marks[0], axis=-1).max()))
+            points = np.concatenate([sight.marks, sight.sides], axis=1)[seen]
+            best = max(best, float(np.linalg.norm(points - points[0], axis=-1).max()))
     text = f"something visible happens: {best:.0f} px ≥ {least:.0f} px: {{answer}}"
     return view_check(
         "something",

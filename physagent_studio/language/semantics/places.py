@@ -136,8 +136,8 @@ def _part(phrase: NounPhrase, stock: Inventory, talk: Discourse) -> Place | None
     if base.kind != "support" or part == "surface":
         return base
     if part in ("upper_end", "lower_end") and not _is_slope(base.name, stock):
-        return base if phrase.head != "end" else Place(base.name, "support", "edge")
-    return Place(base.name, "support", "edge" if part in ("end", "side") else part)
+        return base if phrase.head != "end" else Place(base.name, "support", "end")
+    return Place(base.name, "support", "edge" if part == "side" else part)
 
 
 def _which_end(adjectives: Sequence[str]) -> str:

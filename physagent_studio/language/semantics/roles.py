@@ -8,7 +8,7 @@ from physagent_studio.language.frames import EventFrame
 from physagent_studio.language.reference.names import Resolved, resolve_objects
 from physagent_studio.language.semantics.details import Details, is_measure
 from physagent_studio.language.semantics.places import resolve_place
-from physagent_studio.language.semantics.subjects import Subjects
+from physagent_studio.language.semantics.subjects import BESIDE, Subjects
 from physagent_studio.language.syntax.clauses import RawClause
 from physagent_studio.language.syntax.phrases import Chunk, NounPhrase
 from physagent_studio.language.tokens import vocabulary as v
@@ -19,6 +19,40 @@ class Roles(Subjects):
     """Completes a frame with those who act and those who undergo."""
 
     def completed(
+        self,
+        frame: EventFrame,
+        clause: RawClause,
+        kind: v.Kind,
+        subject: Resolved | None,
+        objects: tuple[NounPhrase, ...],
+        details: Details,
+    ) -> EventFrame | None:
+        """The frame with its roles; None where the clause tells nothing."""
+        frame = self._told_apart(frame, clause)
+        found = self._completed(frame, clause, kind, subject, objects, details)
+        if found is None or not found.agent or subject is None or len(subject.names) != 1:
+            return found
+        beside = any(word in BESIDE for word, phrase in clause.places if phrase.pronoun)
+        plural = any(phrase.plural for phrase in (*objects, *(p for _, p in clause.places)))
+        if not beside or plural or len(found.patient) < 2 or found.counted:
+            return found
+        # "Bumps into the one next to it".
+        return replace(found, patient=self.nearest(found.patient, subject.names), any_one=False)
+
+    def _told_apart(self, frame: EventFrame, clause: RawClause) -> EventFrame:
+        """ "The cup next to the box falls": which cup, and not where it falls."""
+        beside = [
+            resolve_place(p, self.stock, self.talk) for word, p in clause.lead if word in BESIDE
+        ]
+        names = {place.name for place in beside if place is not None and place.kind == "object"}
+        kept = tuple(
+            (relation, place)
+            for relation, place in frame.places
+            if place.name not in names or relation not in ("near", "beside", "past")
+        )
+        return replace(frame, places=kept) if names and clause.subjects else frame
+
+    def _completed(
         self,
         frame: EventFrame,
         clause: RawClause,

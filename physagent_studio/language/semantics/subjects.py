@@ -12,6 +12,9 @@ from physagent_studio.language.syntax.clauses import RawClause
 from physagent_studio.language.syntax.phrases import Chunk, NounPhrase
 from physagent_studio.language.tokens import vocabulary as v
 
+BESIDE = ("near", "beside", "by")
+"""Prepositions that tell a thing by what it is next to."""
+
 
 @dataclass
 class Subjects:
@@ -55,7 +58,7 @@ class Subjects:
                 self.unknown |= dict.fromkeys(phrase.nouns or (phrase.head,))
                 continue
             found = self._count_by_place(found, phrase, clause)
-            found = self._standing_there(found, clause)
+            found = self._placed_there(phrase, clause) or self._standing_there(found, clause)
             names |= dict.fromkeys(found.names)
             any_one |= found.any_one
             counted = found
@@ -165,9 +168,31 @@ class Subjects:
             start -= 1
         return tuple(c.np for c in self.chunks[start + 1 : clause.start] if c.kind == "np" and c.np)
 
+    def _placed_there(self, phrase: NounPhrase, clause: RawClause) -> Resolved | None:
+        """ "The right orange on the belt": of those that are on it, where that is known."""
+        if not any(a in v.POSITIONS or a in v.ORDINALS for a in phrase.adjectives):
+            return None
+        for preposition, place in clause.lead:
+            supports = [t.name for t in self.stock.supports if place.head in t.words]
+            if preposition not in ("on", "in", "upon") or len(supports) != 1:
+                continue
+            there = {name for name, below in self.stock.on if below == supports[0]}
+            known = tuple(t for t in self.stock.objects if t.name in there)
+            if 0 < len(known) < len(self.stock.objects):
+                among = replace(self.stock, objects=known)
+                return resolve_objects(phrase, among, self.talk, subject_of_clause=True)
+        return None
+
     def _standing_there(self, found: Resolved, clause: RawClause) -> Resolved:
         """ "The oranges on the belt": of several, those that are on it in the picture."""
         for preposition, place in clause.lead:
+            if preposition in BESIDE and found.any_one and len(found.names) > 1:
+                # "The cup next to the box".
+                there = resolve_objects(place, self.stock, Discourse())
+                if there is not None and len(there.names) == 1:
+                    return replace(
+                        found, names=self.nearest(found.names, there.names), any_one=False
+                    )
             if preposition not in ("on", "in", "upon") or len(found.names) < 2:
                 continue
             alike = tuple(t for t in self.stock.supports if place.head in t.words)
@@ -187,6 +212,16 @@ class Subjects:
                 least = found.least if found.most == found.least == 1 else least
                 return replace(found, names=kept, least=least, most=most) if kept else found
         return found
+
+    def nearest(self, names: tuple[str, ...], to: tuple[str, ...]) -> tuple[str, ...]:
+        """The one of several things that is nearest in the picture to another; all of them where
+        that is not known."""
+        known = {t.name: t for t in self.stock.objects}
+        place = known.get(to[0])
+        others = tuple(name for name in names if name not in to)
+        if place is None or not place.spots or any(not known[name].spots for name in others):
+            return names
+        return nearest_to(others, place, self.stock)[:1] or names
 
     def _count_by_place(self, found: Resolved, phrase: NounPhrase, clause: RawClause) -> Resolved:
         """ "Two oranges slide off the belt": of three, the two that are nearest to the belt."""

@@ -45,7 +45,8 @@ _PLAIN = {
     "from_right": "from the right|coming from the right|blowing from the right",
     "from_front": "from the front",
     "from_side": "from the side|from one side",
-    "apart": "in opposite directions|away from each other|away from one another",
+    "apart": "in opposite directions|away from each other|away from one another|into pieces|"
+    "to pieces|into bits|into shards",
     "inwards": "toward each other|towards each other|toward one another|towards one another",
     "counted_top": "from the top",
     "counted_bottom": "from the bottom",
@@ -86,6 +87,8 @@ _PLAIN = {
     "which": "which in turn",
     "and": "and in turn",
     "reverses": "backs up|backs away",
+    "backwards": "in reverse",
+    "turns around": "makes a u-turn|does a u-turn|makes a u turn",
     "naturally": "by itself|by themselves|on its own|on their own",
     "slightly": "a little|a bit",
     "also": "as well",

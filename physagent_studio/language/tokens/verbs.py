@@ -38,7 +38,7 @@ VERBS: dict[str, Verb] = {
         "move",
         {
             "fall": "fall plummet plunge tumble drop plop plunk nosedive cascade dive clatter",
-            "descend": "descend sink",
+            "descend": "descend sink lower",
             "float": "float drift_down waft",
             "roll": "roll trundle trickle",
             "slide": "slide glide slither skate skim",
@@ -52,7 +52,7 @@ VERBS: dict[str, Verb] = {
             "drift": "drift",
             "fly": "fly soar sail swoop",
             "jump": "jump hop leap vault pounce",
-            "rise": "rise ascend climb lift levitate hoist pick",
+            "rise": "rise raise elevate ascend climb lift levitate hoist pick",
             "topple": "topple tip overturn capsize keel flop slump",
             "lean": "lean tilt",
             "flip": "flip somersault cartwheel overturn_flip tumble_over",

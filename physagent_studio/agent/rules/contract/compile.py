@@ -32,6 +32,12 @@ _BLOWS = words_of("hit push kick fall land knock throw")
 """What happens to a thing because something hits it."""
 _BY_ITSELF = words_of("fall leave slip jump bounce rise land flip spin break reach enter descend")
 """What is denied of everything else where only one thing does it."""
+_TAKEN_OFF = words_of(
+    "fall leave slip slide roll move push pull lift rise jump fly throw flip topple knock kick"
+)
+"""What happens to a thing on a stack without the rest of it."""
+_ONLY_WHERE = words_of("on off from atop above over")
+"""Relations to what a thing stands on that do not say that anything happens to that."""
 _COMING_DOWN = words_of("fall leave slip descend topple land")
 
 
@@ -40,6 +46,8 @@ def contract_of(reading: Reading, layout: Layout) -> Contract:
     draft = _Draft(layout, reading)
     for index, frame in enumerate(reading.frames):
         draft.add(index, frame)
+    for frame in reading.frames:
+        draft.leave_alone(frame)
     return Contract.model_validate(
         {
             "clauses": [
@@ -87,6 +95,21 @@ class _Draft:
             self._sequel(index, frame, groups)
             self._no_other(index, frame)
             self._in_time(frame, groups)
+
+    def leave_alone(self, frame: EventFrame) -> None:
+        """ "The top one falls off": what it stood on, of which nothing is told, stays there."""
+        if frame.sense not in _TAKEN_OFF or frame.agent or frame.negated or frame.any_one:
+            return
+        told = {name for f in self.reading.frames for name in (*f.patient, *f.agent)}
+        told |= {p.name for f in self.reading.frames for r, p in f.places if r not in _ONLY_WHERE}
+        below = self.layout.carrier(frame.patient[0]) if len(frame.patient) == 1 else None
+        while below is not None and self.layout.state.object(below) is not None:
+            if below in told:
+                return
+            reach = round(SPEC.calm_share * self.layout.size(below), 3)
+            calm = {"subject": below, "distance": reach, "tilt": SPEC.calm_degrees}
+            self.told.state(Spec("stays", calm), frame.clause)
+            below = self.layout.carrier(below)
 
     def _demanded(self, index: int, frame: EventFrame, subject: str) -> list[Spec]:
         """What the verb demands of one object, and what is said beside it."""

@@ -24,6 +24,9 @@ class SpecSettings:
     # turn; a wave of dominoes takes a tenth to a quarter
     wave_share: float = 0.08
     max_wave_s: float = 0.03  # s, 0.01..0.1: the same of large things
+    # of its size, .2..1: how far what stood below may be dragged along, and how far it may tilt
+    calm_share: float = 0.5
+    calm_degrees: float = 15.0  # degrees, 10..45
     still_steps: int = 12  # 5..40: in which what "does not move until …" has to be still
 
 
@@ -121,8 +124,10 @@ def ways_of(
     if way == "backward" and frame.agent and subject in frame.patient:
         return (forward(frame, subject, layout),)
     if way == "backward":
-        slope = layout.downhill(subject) is not None
-        front = None if slope else likely_front(layout, subject)
+        if layout.downhill(subject) is not None and likely_front(layout, subject) is not None:
+            # On a slope it says how it faces.
+            return ()
+        front = likely_front(layout, subject)
         return ("toward_camera",) if front is None else (OPPOSITE[named_way(front)],)
     if way == "sideways":
         return sideways(subject, layout)

@@ -14,8 +14,9 @@ from physagent_studio.agent.rules.verifier.verifier import shortfall
 from physagent_studio.contract.view import COVERS
 from physagent_studio.errors import Cancelled, StudioError
 from physagent_studio.program.edits import Edit, SetField, apply
-from physagent_studio.program.scene.state import SceneObject
+from physagent_studio.program.scene.state import SceneObject, Slab
 from physagent_studio.reconstruction.photo.colours import colour_of, places_of
+from physagent_studio.reconstruction.placement.static_stability import beyond
 from physagent_studio.records import Finding, Proposal, Scene
 
 Repair = tuple[str, str, tuple[Edit, ...]]
@@ -176,11 +177,33 @@ def _repairs(finding: Finding, situation: Situation) -> Iterator[tuple[str, str,
         fields = ("shape", "position", "support")
         anew = tuple(SetField(path=f"{base}.{field}", value=None) for field in fields)
         yield "support", f"find anew what {name} stands on", anew
+        if finding.name == "edge":
+            yield from _moved_in(situation, name)
     if program.scene.support(name) is not None:
         path = f"scene.supports.{name}.shape"
         yield "support", f"find {name} again", (SetField(path=path, value=None),)
     if finding.kind == "camera":
         yield from _cameras(situation)
+
+
+def _moved_in(situation: Situation, name: str) -> Iterator[Repair]:
+    """Over the support whose edge it is seen beyond, with all that stands on it."""
+    scene = situation.scene
+    item = scene.state.object(name) if scene is not None else None
+    support = scene.state.support(item.support or "") if scene is not None and item else None
+    if scene is None or item is None or support is None or not isinstance(support.shape, Slab):
+        return
+    step = beyond(item, scene.meshes[name], support.shape)
+    moved, edits = {name}, []
+    for one in scene.state.objects:
+        if one.name == name or one.support in moved:
+            moved.add(one.name)
+    for one in scene.state.objects:
+        if one.name in moved and one.position is not None:
+            x, y, z = one.position
+            place = [round(x + float(step[0]), 6), round(y + float(step[1]), 6), z]
+            edits.append(SetField(path=f"scene.objects.{one.name}.position", value=place))
+    yield "placement", f"move {name} onto {support.name}", tuple(edits)
 
 
 def _other_clicks(

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from physagent_studio.agent.rules.scene.measures import WAYS, Layout
-from physagent_studio.knowledge import kind_of
+from physagent_studio.knowledge import grows, is_sheet, kind_of
 from physagent_studio.language import Reading
 from physagent_studio.program.scene.state import Grounding
 from physagent_studio.records import Case
@@ -42,10 +44,11 @@ def in_the_air(case: Case, reading: Reading) -> frozenset[str]:
 
 
 def from_nowhere(case: Case, reading: Reading, layout: Layout) -> frozenset[str]:
-    """Objects that fall although the scene has them on the ground: they hung in the air.
+    """Objects that fall or swing although the scene has them on the ground: they hung in the air.
 
     Told of things that nothing pushes, that lie on nothing else and cannot fall over: what is
     round or flat, or comes from something that the picture does not name ("from its branch").
+    And of round things that swing.
     """
     found: set[str] = set()
     told: set[str] = set()
@@ -65,11 +68,32 @@ def from_nowhere(case: Case, reading: Reading, layout: Layout) -> frozenset[str]
                     f.sense in _FALLS and name in f.patient for f in later
                 )
                 found |= {name} if falls else set()
+            elif first and frame.sense == "sway" and _swings(case.prompt, layout, name):
+                found |= set() if frame.negated or frame.agent else {name}
             elif not first or not falls or place is not None:
                 continue
             elif _cannot_topple(layout, name) or _from_unknown(case.prompt, reading):
                 found.add(name)
     return frozenset(found)
+
+
+def bounces_unseen(reading: Reading, layout: Layout, name: str) -> bool:
+    """Whether it hangs where it would come down below the picture, and is told to bounce there:
+    then it lies on the ground and has to be tossed up first."""
+    camera = layout.state.camera
+    told = any(f.sense == "bounce" and name in f.patient for f in reading.frames)
+    if camera is None or not told or not layout.has(name):
+        return False
+    x, y, _ = layout.position(name)
+    foot = np.array([[x, y, layout.ground_height()]])
+    return float(camera.project(foot)[0][0, 1]) > camera.size[1]
+
+
+def _swings(prompt: str, layout: Layout, name: str) -> bool:
+    """Whether it hangs that sways: what is round cannot sway where it lies, and what stands
+    rocks but does not swing, if it has no root."""
+    said = any(word.startswith(("swing", "swung")) for word in prompt.lower().split())
+    return layout.rolls(name) or (said and not grows(name) and not is_sheet(name))
 
 
 def _cannot_topple(layout: Layout, name: str) -> bool:

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from physagent_studio.knowledge import is_surface, support_kind
-from physagent_studio.language import Inventory, Reading, inventory, read
+from physagent_studio.language import EDGES, Inventory, Reading, inventory, read
 from physagent_studio.language.tokens.tokens import singular
 from physagent_studio.program.scene.state import Grounding
 from physagent_studio.records import Case
@@ -53,7 +53,7 @@ def _is_left(name: str, reading: Reading, stock: Inventory) -> bool:
         for relation, place in frame.places:
             if place.name != name or frame.sense in _STAYING:
                 continue
-            off = relation in ("off", "from") or frame.sense == "leave" or place.part == "edge"
+            off = relation in ("off", "from") or frame.sense == "leave" or place.part in EDGES
             if off:
                 return True
     return on_it and lands

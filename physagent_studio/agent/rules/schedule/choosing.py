@@ -10,8 +10,10 @@ from physagent_studio.agent.rules.schedule import actions as act
 from physagent_studio.agent.rules.schedule import scripts
 from physagent_studio.agent.rules.schedule.ramps import down_ramp
 from physagent_studio.agent.rules.schedule.scripts import Task
+from physagent_studio.language import EDGES
 from physagent_studio.language.tokens.vocabulary import words_of
 from physagent_studio.program.actions import Action
+from physagent_studio.program.scene.aloft import in_air
 
 Script = Callable[[Task], list[Action]]
 
@@ -118,7 +120,7 @@ def _leaves_support(task: Task) -> bool:
     intent = Intent(task.name, own)
     off = intent.place("off", "from")
     edge = intent.place("object", "over", "past")
-    over_edge = edge is not None and edge.part == "edge"
+    over_edge = edge is not None and edge.part in EDGES
     carrier = layout.carrier(task.name)
     if carrier is None:
         return False
@@ -152,6 +154,7 @@ def _by_sense(task: Task) -> Script:
         (("turn_around",) if _stays_there(task) else (), scripts.spin_about),
         (("turn_around", "reverse"), scripts.turn_back),
         (("turn",), scripts.spin_about),
+        (("sway",) if _hangs(task) else (), scripts.swing),
         (("sway",), scripts.rock if _is_stiff(task) else _nothing),
         (("stop", "settle"), scripts.along_ground if _on_level(task) else _nothing),
         (("crush", "collapse", "break", "spread", "sway", "bend", "deform"), _nothing),
@@ -249,6 +252,12 @@ def _unless_toppling(task: Task, senses: tuple[str, ...], script: Script) -> Scr
 def _is_stiff(task: Task) -> bool:
     item = task.layout.state.object(task.name)
     return item is not None and item.body.kind == "rigid" and not task.layout.rolls(task.name)
+
+
+def _hangs(task: Task) -> bool:
+    """Whether it is rigid and hangs in the air."""
+    item = task.layout.state.object(task.name)
+    return item is not None and item.body.kind == "rigid" and in_air(item)
 
 
 def _on_level(task: Task) -> bool:

@@ -82,7 +82,7 @@ def _points(
     top = shape.position[2] + shape.size[2] / 2
     if place.part == "center":
         return ((shape.position[0], shape.position[1], top),)
-    return _slab_edge(layout, shape, top, speaker)
+    return _slab_edge(layout, shape, top, speaker, ends=place.part == "end")
 
 
 def _ramp_line(ramp: Ramp, upper: bool) -> tuple[tuple[float, float, float], ...]:
@@ -95,14 +95,20 @@ def _ramp_line(ramp: Ramp, upper: bool) -> tuple[tuple[float, float, float], ...
 
 
 def _slab_edge(
-    layout: Layout, slab: Slab, top: float, speaker: tuple[str, str | None] | None
+    layout: Layout,
+    slab: Slab,
+    top: float,
+    speaker: tuple[str, str | None] | None,
+    *,
+    ends: bool,
 ) -> tuple[tuple[float, float, float], ...]:
-    """The edge that the object goes to, or is nearest to."""
+    """The edge that the object goes to, or is nearest to; ends: one across its longer side."""
     cos, sin = math.cos(slab.yaw), math.sin(slab.yaw)
     along = (np.array([cos, sin, 0.0]), np.array([-sin, cos, 0.0]))
     centre = np.array([slab.position[0], slab.position[1], top])
     edges = []
-    for axis in (0, 1):
+    longer = int(slab.size[1] > slab.size[0])
+    for axis in (longer,) if ends else (0, 1):
         for sign in (1.0, -1.0):
             out = along[axis] * sign
             middle = centre + out * slab.size[axis] / 2

@@ -26,6 +26,7 @@ from physagent_studio.agent.rules.schedule.scripts.landing import (
     off_what_it_fell_on,
     past_what_is_below,
     rock,
+    swing,
     up_ramp,
 )
 from physagent_studio.agent.rules.schedule.scripts.task import Task

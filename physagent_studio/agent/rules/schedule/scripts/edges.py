@@ -10,6 +10,7 @@ from physagent_studio.agent.rules.scene import mechanics as mech
 from physagent_studio.agent.rules.scene.measures import UP, WAYS, FloatArray, level, named_way, unit
 from physagent_studio.agent.rules.schedule import actions as act
 from physagent_studio.agent.rules.schedule.scripts.task import Task
+from physagent_studio.language import EDGES
 from physagent_studio.program.actions import Action, Directed
 
 
@@ -90,7 +91,8 @@ def way_off(task: Task) -> tuple[FloatArray, float]:
 def _clicked_edge(task: Task) -> tuple[FloatArray, float] | None:
     """The way straight over the edge that is marked on what carries it, and how far it is."""
     base = task.layout.base(task.name)
-    mark = task.layout.state.landmark(f"{base}_edge")
+    marks = (task.layout.state.landmark(f"{base}_{part}") for part in EDGES)
+    mark = next((m for m in marks if m is not None), None)
     if mark is None or mark.points is None or len(mark.points) < 2:
         return None
     start, end = (np.array(point, float) for point in (mark.points[0], mark.points[-1]))

@@ -10,7 +10,7 @@ from physagent_studio.agent.rules.scene import mechanics as mech
 from physagent_studio.agent.rules.scene.measures import UP, WAYS, level, unit
 from physagent_studio.agent.rules.schedule import actions as act
 from physagent_studio.agent.rules.schedule.scripts.task import Task
-from physagent_studio.program.actions import Action, ApplyDisturbance, Direction
+from physagent_studio.program.actions import Action, ApplyDisturbance, Direction, FixObject
 
 ONWARD = ("roll", "slide", "move", "slip", "bounce", "land", "fall", "leave", "strike")
 
@@ -108,4 +108,29 @@ def rock(task: Task) -> list[Action]:
             frequency=2.0,
             duration=task.clip.steps // 2,
         )
+    ]
+
+
+def swing(task: Task) -> list[Action]:
+    """What hangs swings from a point above it, set going from the side.
+
+    A round thing hangs by a stem as long as itself, anything else by its upper end.
+    """
+    layout = task.layout
+    reach = layout.extent(task.name, UP)
+    length = 3 * reach if layout.rolls(task.name) else reach
+    angle = 8.0 if task.intent.manner("gentle", "slow") else 18.0
+    angle = 30.0 if task.intent.manner("hard", "fast") else angle
+    speed = 2 * math.sqrt(mech.G * length) * math.sin(math.radians(angle) / 2)
+    x, y, z = (round(float(part), 4) for part in layout.position(task.name) + length * UP)
+    return [
+        FixObject(
+            id=f"hang_{task.name}"[:64],
+            name=task.name,
+            start_step=0,
+            point=(x, y, z),
+            point_frame="world",
+            duration=task.clip.steps,
+        ),
+        act.push(task.name, act.toward_or_along(speed, way=_way(task)), label="swing"),
     ]

@@ -74,7 +74,8 @@ class PhysicalProgram(Frozen):
         """SHA-256 of the canonical JSON form."""
         unused: dict[str, Any] = {"scene": self.scene.without}
         # Told later than version 1: a program without them keeps the hash that it always had.
-        unused["contract"] = {f for f in ("paces", "leaving") if not getattr(self.contract, f)}
+        later = ("paces", "leaving", "backwards")
+        unused["contract"] = {name for name in later if not getattr(self.contract, name)}
         data = self.model_dump(mode="json", exclude=unused)
         text = _canonical(data)
         if "-0.0" in text:

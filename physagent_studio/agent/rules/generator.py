@@ -196,14 +196,14 @@ def _contract(reading: Reading, layout: Layout, clip: Clip) -> Contract:
     contract = _known_only(contract_of(reading, layout), layout.state)
     gone = {name for f in reading.frames if "offscreen" in f.manner for name in f.patient}
     leaving = tuple(item.name for item in layout.state.objects if item.name in gone)
-    needed = {
-        task.name: speed_to_get_there(task)
-        for task in tasks_of(reading, layout, clip)
-        if task.target() is not None
+    tasks = tasks_of(reading, layout, clip)
+    needed = {t.name: speed_to_get_there(t) for t in tasks if t.target() is not None}
+    told = {
+        "paces": paces_of(reading, layout, needed),
+        "leaving": leaving,
+        "backwards": tuple(task.name for task in tasks if task.backwards),
     }
-    update = {"paces": paces_of(reading, layout, needed), "leaving": leaving}
-    paced = contract.model_copy(update=update)
-    return _once_raised(paced, reading, layout)
+    return _once_raised(contract.model_copy(update=told), reading, layout)
 
 
 def _once_raised(contract: Contract, reading: Reading, layout: Layout) -> Contract:

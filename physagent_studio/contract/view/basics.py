@@ -6,6 +6,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
+from physagent_studio.arrays import BoolArray
 from physagent_studio.contract.facts import Facts
 from physagent_studio.contract.picture import Sight, sight_of
 from physagent_studio.contract.track import Window, bounded
@@ -184,6 +185,15 @@ def amounts(facts: Facts) -> list[Check]:
     return found
 
 
+def _met_something(facts: Facts, name: str) -> BoolArray:
+    """(S + 1,) the steps from which on it has touched another object."""
+    touched = np.zeros(len(facts.whole()), bool)
+    for other in facts.rollout.objects:
+        if other != name:
+            touched |= facts.touching(name, other, facts.whole())
+    return np.logical_or.accumulate(touched)
+
+
 def on_wheels(facts: Facts, names: tuple[str, ...]) -> list[Check]:
     """What rolls on wheels goes along its axis, front first, and stays upright."""
     found = []
@@ -204,10 +214,13 @@ def on_wheels(facts: Facts, names: tuple[str, ...]) -> list[Check]:
         moves = speed > max(0.05, 0.1 * float(speed.max()))
         if not moves.any():
             continue
-        along = np.abs(np.einsum("ti,ti->t", front, goes)) / np.maximum(
+        along = np.einsum("ti,ti->t", front, goes) / np.maximum(
             np.linalg.norm(front, axis=1) * speed, 1e-9
         )
-        off = np.degrees(np.arccos(np.clip(along, 0, 1)))
+        along *= -1 if name in facts.program.contract.backwards else 1
+        # What it meets may send it back.
+        along = np.where(_met_something(facts, name), np.abs(along), along)
+        off = np.degrees(np.arccos(np.clip(along, -1, 1)))
         worst = float(np.quantile(off[moves], 0.9))
         tilt = float(track.tilt()[moves].max())
         text = (

@@ -55,10 +55,11 @@ class SceneHints:
 
     def usual(self, name: str) -> Usual:
         """What is usual for a thing of that name in this sentence: what slides has a flat base,
-        where a thing of that name can have one."""
+        unless a thing of that name is round."""
         usual = usual_size(self.names.get(name, name))
-        flat = tuple(shape for shape in usual.shapes if shape not in _ROUND)
-        return replace(usual, shapes=flat) if flat and name in self.sliding else usual
+        if name not in self.sliding or not usual.shapes or usual.shapes[0] in _ROUND:
+            return usual
+        return replace(usual, shapes=tuple(s for s in usual.shapes if s not in _ROUND))
 
 
 def hints(prompt: str, objects: Collection[str], supports: Collection[str] = ()) -> SceneHints:

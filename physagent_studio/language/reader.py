@@ -327,7 +327,7 @@ def _backwards_at_first(frames: list[EventFrame]) -> None:
         went |= {*frame.patient} if frame.sense not in _AT_REST else set()
 
 
-_WAYS = ("left", "right", "away", "toward_camera")
+_WAYS = ("away", "toward_camera")
 _AT_REST = ("be", "stay", "rest", "hang")
 """Senses of what goes nowhere."""
 

@@ -61,7 +61,7 @@ def sound_masks(
         if shapes == ("sphere",) and at_work("ball outlines"):
             out |= _with_ball(photo, item.name, out, yielding - {item.name})
         elif at_work("foot spill"):
-            out[item.name] = without_spill(mask)
+            out[item.name] = without_spill(photo, mask)
     return out
 
 
@@ -93,8 +93,9 @@ def _rather(photo: Image, mask: BoolArray, others: BoolArray) -> BoolArray:
     return np.asarray((own > FOOT.min_own_factor * other)[index])
 
 
-def without_spill(mask: BoolArray) -> BoolArray:
-    """The mask (H, W) of a ball without what sticks out of its circle at its foot."""
+def without_spill(photo: Image, mask: BoolArray) -> BoolArray:
+    """The mask (H, W) of a ball without what sticks out of its circle at its foot, where the edge
+    in the photo is rather along the circle."""
     found = round_outline(mask, stretches=(1.0,))
     if found is None or found.share < ROUND.min_share:
         return mask
@@ -105,4 +106,20 @@ def without_spill(mask: BoolArray) -> BoolArray:
     )
     spill = mask & beyond & (rows > found.y + FOOT.foot_ratio * found.radius)
     share = np.count_nonzero(spill) / np.count_nonzero(mask)
-    return mask & ~spill if 0 < share < FOOT.max_spill_share else mask
+    if not 0 < share < FOOT.max_spill_share or _edge_beyond(photo, mask, spill):
+        return mask
+    return mask & ~spill
+
+
+def _edge_beyond(photo: Image, mask: BoolArray, spill: BoolArray) -> bool:
+    """Whether the edge of a thing is around what sticks out of it, and not before that."""
+    # By colour: shade is darker than the ground, and no more colourful.
+    colour = cv2.cvtColor(np.ascontiguousarray(photo), cv2.COLOR_RGB2LAB)[..., 1:].astype(
+        np.float32
+    )
+    steep = np.hypot(*(cv2.Scharr(colour, cv2.CV_32F, *way) for way in ((1, 0), (0, 1)))).sum(-1)
+    beside = cv2.dilate(spill.astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
+    on_circle, around = beside & mask & ~spill, beside & ~mask
+    if not on_circle.any() or not around.any():
+        return False
+    return float(steep[around].mean()) > float(steep[on_circle].mean())

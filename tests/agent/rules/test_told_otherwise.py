@@ -61,7 +61,9 @@ def test_what_slides_has_a_flat_base() -> None:
     told = hints("The grey stone slides to the left.", ["grey_stone", "ball"])
     assert "ellipsoid" not in told.usual("grey_stone").shapes
     assert "ellipsoid" in hints("The grey stone rolls.", ["grey_stone"]).usual("grey_stone").shapes
-    assert told.usual("ball").shapes == ("sphere",)
+    for fruit in ("ball", "orange"):
+        said = f"The {fruit} slides off the table."
+        assert hints(said, [fruit]).usual(fruit) == hints("", [fruit]).usual(fruit)
 
 
 TOWER = Stage(

@@ -213,11 +213,24 @@ def test_shade_at_the_foot_of_a_ball_is_none_of_it() -> None:
     ball, shade = np.zeros((200, 200), np.uint8), np.zeros((200, 200), np.uint8)
     cv2.circle(ball, (100, 90), 60, 1, -1)
     cv2.ellipse(shade, (95, 150), (45, 9), 0, 0, 360, 1, -1)
-    cut = without_spill((ball | shade) > 0)
+    photo = np.full((200, 200, 3), 150, np.uint8)
+    photo[shade > 0] = 60
+    photo[ball > 0] = (220, 120, 30)
+    cut = without_spill(photo, (ball | shade) > 0)
     assert iou(cut, ball > 0) > 0.985
     box = np.zeros((200, 200), bool)
     box[40:160, 50:150] = True
-    assert np.array_equal(without_spill(box), box)
+    assert np.array_equal(without_spill(photo, box), box)
+
+
+def test_the_foot_of_a_fruit_that_is_no_circle_is_its_own() -> None:
+    ball, foot = np.zeros((200, 200), np.uint8), np.zeros((200, 200), np.uint8)
+    cv2.circle(ball, (100, 90), 60, 1, -1)
+    cv2.ellipse(foot, (100, 140), (40, 22), 0, 0, 360, 1, -1)
+    apple = (ball | foot) > 0
+    photo = np.full((200, 200, 3), 150, np.uint8)
+    photo[apple] = (190, 50, 30)
+    assert np.array_equal(without_spill(photo, apple), apple)
 
 
 @pytest.mark.parametrize("seed", [pytest.param(0, marks=pytest.mark.slow), 3])

@@ -24,9 +24,9 @@ class SpecSettings:
     # turn; a wave of dominoes takes a tenth to a quarter
     wave_share: float = 0.08
     max_wave_s: float = 0.03  # s, 0.01..0.1: the same of large things
-    # of its size, .2..1: how far what stood below may be dragged along, and how far it may tilt
+    # of its size, 0.2..1: how far what stood below may be dragged along
     calm_share: float = 0.5
-    calm_degrees: float = 15.0  # degrees, 10..45
+    calm_degrees: float = 15.0  # degrees, 10..45: how far it may tilt
     still_steps: int = 12  # 5..40: in which what "does not move until …" has to be still
 
 

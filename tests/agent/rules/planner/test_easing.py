@@ -107,7 +107,7 @@ def test_what_is_pinned_is_not_eased(hard: PhysicalProgram) -> None:
 
 def test_the_gentlest_is_left_as_it_is() -> None:
     """A ball that just rolls for as long as it has to: any slower and it goes less far."""
-    program = rolling(0.3)
+    program = rolling(0.27)
     assert failing(program) == []
     proposal = Easing().ease(situation_of(program))
     assert proposal.hunks == ()

@@ -34,6 +34,7 @@ from physagent_studio.agent.rules.contract.specs import (
 from physagent_studio.agent.rules.scene.measures import level, named_way, place_name
 from physagent_studio.agent.rules.scene.steps import steps_below
 from physagent_studio.knowledge import kind_of
+from physagent_studio.language import Place
 from physagent_studio.program.actions import Direction
 
 
@@ -161,7 +162,7 @@ def fall(c: Context) -> list[Spec]:
         return topple(c)
     # What was lifted comes down by less than what stood high to begin with.
     least = 0.015 if raised and stands else 0.03
-    found = [spec("falls", c.subject, drop=c.length(0.4, least, 0.1))]
+    found = [spec("falls", c.subject, drop=_drop_off(c, off) or c.length(0.4, least, 0.1))]
     if "straight" in c.frame.manner or (
         c.frame.direction == "down" and c.frame.manner - {"skidding"}
     ):
@@ -180,6 +181,16 @@ def fall(c: Context) -> list[Spec]:
         found += _flipped_first(c, found[0])
     struck = [before(blow, found[0]) for blow in struck_before(c)[:1]]
     return [*found, *along(c), *manner(c), *struck, *_once_there(c, found[0])]
+
+
+def _drop_off(c: Context, off: Place | None) -> float | None:
+    """Of what falls off a table: its own size, as far as that is high; less is a tumble on it."""
+    base = c.layout.base(c.subject) if off is not None else None
+    if off is None or off.name != base or c.layout.state.object(c.subject) is None:
+        return None
+    foot = float(c.layout.position(c.subject)[2]) - c.layout.height(c.subject) / 2
+    high = foot - c.layout.ground_height()
+    return round(min(c.size, high / 2), 3) if high > c.size else None
 
 
 def _only_topples(c: Context) -> bool:

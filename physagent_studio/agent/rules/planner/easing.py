@@ -165,7 +165,24 @@ def _is_seen_as_well(situation: Situation, found: Candidate, before: Rollout) ->
     names = [name for name in before.objects if name in meant]
     far = all(_way(now, name) >= EASING.min_way_share * _way(was, name) for name in names)
     whole = all(_beyond(now, n) <= max(_beyond(was, n), EASING.max_beyond_ratio) for n in names)
-    return far and whole and _first(now) <= max(_first(was), EASING.soon_frames)
+    lets_go = _pushed_through(now) <= _pushed_through(was)
+    return far and whole and lets_go and _first(now) <= max(_first(was), EASING.soon_frames)
+
+
+def _pushed_through(facts: Facts) -> set[str]:
+    """What is still pushed when it meets the thing that it shall meet: both go on together."""
+    found = set()
+    for told in facts.program.contract.statements:
+        if not isinstance(told, Contacts) or told.negated or told.to_step is not None:
+            continue
+        if not (facts.is_object(told.subject) and facts.is_object(told.other)):
+            continue
+        met = np.flatnonzero(facts.touching(told.subject, told.other, facts.whole()))
+        pushes = {a.id for a in facts.program.event.actions if a.name == told.subject}
+        spans = (span for span in facts.rollout.spans if span.id in pushes)
+        if len(met) and any((s.start or 0) <= met[0] < (s.end or 0) for s in spans):
+            found.add(told.subject)
+    return found
 
 
 def _beyond(facts: Facts, name: str) -> float:

@@ -82,6 +82,19 @@ def test_what_is_met_is_not_met_more_gently_than_is_seen() -> None:
     assert far[1] >= 0.9 * EASING.min_way_share * far[0] > 0.05
 
 
+@pytest.mark.parametrize(("place", "speed"), [(0.05, 0.5), (0.08, 0.7)])
+def test_nothing_is_pushed_through_what_it_meets(place: float, speed: float) -> None:
+    other = BALL | {"name": "other", "position": [place, 4.0, 0.1], "rolling": 0.03}
+    hit = {"id": "hit", "kind": "contacts", "subject": "ball", "other": "other"}
+    ball = BALL | {"position": [-0.2, 4.0, 0.1], "rolling": 0.03}
+    hard = filmed([ball, other], [push(speed)], hit)
+    gentle = apply(hard, Easing().ease(situation_of(hard)).edits)
+    rollout = try_out(gentle).rollout
+    between = (rollout.contacts["a"] == 0) & (rollout.contacts["b"] == 1)
+    met = int(rollout.contacts["step"][between].min())
+    assert all(span.end is not None and span.end <= met for span in rollout.spans)
+
+
 def test_only_how_hard_it_is_pushed_is_changed(hard: PhysicalProgram, eased: Proposal) -> None:
     assert [edit.path for edit in eased.edits if isinstance(edit, SetField)] == [SPEED]
     gentle = apply(hard, eased.edits)

@@ -201,8 +201,8 @@ def _moved_in(situation: Situation, name: str) -> Iterator[Repair]:
     for one in scene.state.objects:
         if one.name in moved and one.position is not None:
             x, y, z = one.position
-            place = [round(x + float(step[0]), 6), round(y + float(step[1]), 6), z]
-            edits.append(SetField(path=f"scene.objects.{one.name}.position", value=place))
+            x, y = (round(at + float(by), 6) for at, by in zip((x, y), step, strict=True))
+            edits.append(SetField(path=f"scene.objects.{one.name}.position", value=[x, y, z]))
     yield "placement", f"move {name} onto {support.name}", tuple(edits)
 
 

@@ -182,7 +182,9 @@ def _blocks(layout: Layout, name: str) -> list[str]:
 
 def _way_round(task: Task, target: Place | None) -> tuple[float, float] | None:
     """Side and turn of an arc round what stands in the way; None where the way is free."""
-    if target is None or target.kind == "support" or task.passes() is not None:
+    if target is None or target.kind == "support":
+        return None
+    if task.passes() is not None and place_name(target) not in task.intent.hits:
         return None
     goal = task.layout.position(place_name(target))
     others = spared(task, target)

@@ -11,7 +11,7 @@ import av
 import pytest
 from playwright.sync_api import Browser, expect
 
-from physagent_studio.program import SetField, value_at
+from physagent_studio.program import Edit, SetField, value_at
 from physagent_studio.records import Hunk
 from physagent_studio.session import Store
 from physagent_studio.studio.panels.words import place
@@ -38,11 +38,23 @@ def two_hunks(tmp_path: Path, browser: Browser, decided_once: Path) -> Iterator[
         summary=f"make {name} rougher",
         edits=(SetField(path=f"scene.objects.{name}.friction", value=0.9),),
     )
-    proposal = head.proposal.model_copy(update={"hunks": (*head.proposal.hunks, extra)})
+    hunks = tuple(
+        hunk.model_copy(update={"edits": _hard_enough(hunk)}) for hunk in head.proposal.hunks
+    )
+    proposal = head.proposal.model_copy(update={"hunks": (*hunks, extra)})
     changed = head.model_copy(update={"proposal": proposal})
     session.save(state.model_copy(update={"rounds": (changed,)}), checkpoint="test")
     session.close()
     yield from running(root, browser, store.list()[0].id)
+
+
+def _hard_enough(hunk: Hunk) -> tuple[Edit, ...]:
+    """Its edits, with a push that surely reaches the block: a search may end just short of it."""
+    reaches = 0.2213
+    return tuple(
+        edit.model_copy(update={"value": reaches}) if edit.path.endswith("magnitude") else edit
+        for edit in hunk.edits
+    )
 
 
 def test_accept_only_some_hunks(two_hunks: Desk) -> None:

@@ -45,10 +45,12 @@ class RuleGenerator:
         reading = read(case.prompt, stock)
         scene = reconstruct(open_scene(case, reading, stock))
         if aloft := from_nowhere(case, reading, Layout(scene.state)):
-            hung = reconstruct(open_scene(case, reading, stock, aloft))
-            layout = Layout(hung.state)
-            if not any(bounces_unseen(reading, layout, name) for name in aloft):
-                scene = hung
+            lying, scene = scene, reconstruct(open_scene(case, reading, stock, aloft))
+            unseen = {n for n in aloft if bounces_unseen(reading, Layout(scene.state), n)}
+            if unseen == aloft:
+                scene = lying
+            elif unseen:
+                scene = reconstruct(open_scene(case, reading, stock, aloft - unseen))
         # Which one is the taller, and what stands on what, is known only now.
         told = read(case.prompt, stock_in(case, scene.state))
         return self.program(case, told, scene.state, scene.masks)

@@ -124,10 +124,10 @@ def ways_of(
     if way == "backward" and frame.agent and subject in frame.patient:
         return (forward(frame, subject, layout),)
     if way == "backward":
-        if layout.downhill(subject) is not None and likely_front(layout, subject) is not None:
+        front = likely_front(layout, subject)
+        if front is not None and layout.downhill(subject) is not None:
             # On a slope it says how it faces.
             return ()
-        front = likely_front(layout, subject)
         return ("toward_camera",) if front is None else (OPPOSITE[named_way(front)],)
     if way == "sideways":
         return sideways(subject, layout)

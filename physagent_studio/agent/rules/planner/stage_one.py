@@ -10,6 +10,7 @@ import numpy as np
 from physagent_studio.agent.roles import Situation
 from physagent_studio.agent.rules.planner.factors import may_change
 from physagent_studio.agent.rules.planner.wording import proposal
+from physagent_studio.agent.rules.scene.measures import Layout
 from physagent_studio.agent.rules.verifier.verifier import shortfall
 from physagent_studio.contract.view import COVERS
 from physagent_studio.errors import Cancelled, StudioError
@@ -194,10 +195,7 @@ def _moved_in(situation: Situation, name: str) -> Iterator[Repair]:
     if scene is None or item is None or support is None or not isinstance(support.shape, Slab):
         return
     step = beyond(item, scene.meshes[name], support.shape)
-    moved, edits = {name}, []
-    for one in scene.state.objects:
-        if one.name == name or one.support in moved:
-            moved.add(one.name)
+    moved, edits = (name, *Layout(scene.state).above(name)), []
     for one in scene.state.objects:
         if one.name in moved and one.position is not None:
             x, y, z = one.position

@@ -48,7 +48,7 @@ def from_nowhere(case: Case, reading: Reading, layout: Layout) -> frozenset[str]
 
     Told of things that nothing pushes, that lie on nothing else and cannot fall over: what is
     round or flat, or comes from something that the picture does not name ("from its branch").
-    And of round things that swing.
+    And of what is said to swing, or sways though it is round.
     """
     found: set[str] = set()
     told: set[str] = set()

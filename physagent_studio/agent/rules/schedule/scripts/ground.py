@@ -184,11 +184,9 @@ def _way_round(task: Task, target: Place | None) -> tuple[float, float] | None:
     """Side and turn of an arc round what stands in the way; None where the way is free."""
     if target is None or target.kind == "support":
         return None
-    if task.passes() is not None and place_name(target) not in task.intent.hits:
-        return None
-    goal = task.layout.position(place_name(target))
-    others = spared(task, target)
-    if clearance(task.layout, task.name, goal, 0.0, others) > 0:
+    goal, others = task.layout.position(place_name(target)), spared(task, target)
+    only_by = task.passes() is not None and place_name(target) not in task.intent.hits
+    if only_by or clearance(task.layout, task.name, goal, 0.0, others) > 0:
         return None
     found = []
     for sign in (1.0, -1.0):

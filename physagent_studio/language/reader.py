@@ -191,7 +191,9 @@ class _Reader(Meanings):
         )
         if details.count is not None and sense not in COUNTABLE:
             self.unknown[_COUNTED.get(details.count, f"{details.count} times")] = None
+        frame = self.told_apart(frame, clause)
         frame = self.completed(frame, clause, kind, subject, objects, details)
+        frame = None if frame is None else self.met_beside(frame, clause, subject)
         goes_on = subject is not None and subject is self.relative and not clause.subjects
         self.relative = self.relative if goes_on else subject if clause.relative else None
         if clause.relative or goes_on:

@@ -18,28 +18,19 @@ from physagent_studio.language.tokens import vocabulary as v
 class Roles(Subjects):
     """Completes a frame with those who act and those who undergo."""
 
-    def completed(
-        self,
-        frame: EventFrame,
-        clause: RawClause,
-        kind: v.Kind,
-        subject: Resolved | None,
-        objects: tuple[NounPhrase, ...],
-        details: Details,
-    ) -> EventFrame | None:
-        """The frame with its roles; None where the clause tells nothing."""
-        frame = self._told_apart(frame, clause)
-        found = self._completed(frame, clause, kind, subject, objects, details)
-        if found is None or not found.agent or subject is None or len(subject.names) != 1:
-            return found
+    def met_beside(
+        self, frame: EventFrame, clause: RawClause, subject: Resolved | None
+    ) -> EventFrame:
+        """ "Bumps into the one next to it": of several the nearest."""
+        phrases = [phrase for _, phrase in clause.places]
         beside = any(word in BESIDE for word, phrase in clause.places if phrase.pronoun)
-        plural = any(phrase.plural for phrase in (*objects, *(p for _, p in clause.places)))
-        if not beside or plural or len(found.patient) < 2 or found.counted:
-            return found
-        # "Bumps into the one next to it".
-        return replace(found, patient=self.nearest(found.patient, subject.names), any_one=False)
+        if not beside or any(phrase.plural for phrase in phrases) or frame.counted:
+            return frame
+        if not frame.agent or subject is None or len(subject.names) != 1 or len(frame.patient) < 2:
+            return frame
+        return replace(frame, patient=self.nearest(frame.patient, subject.names), any_one=False)
 
-    def _told_apart(self, frame: EventFrame, clause: RawClause) -> EventFrame:
+    def told_apart(self, frame: EventFrame, clause: RawClause) -> EventFrame:
         """ "The cup next to the box falls": which cup, and not where it falls."""
         beside = [
             resolve_place(p, self.stock, self.talk) for word, p in clause.lead if word in BESIDE
@@ -52,7 +43,7 @@ class Roles(Subjects):
         )
         return replace(frame, places=kept) if names and clause.subjects else frame
 
-    def _completed(
+    def completed(
         self,
         frame: EventFrame,
         clause: RawClause,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, replace, replace
 
 import numpy as np
 
@@ -230,9 +230,11 @@ def _round(outline: FloatArray, wall: float | None) -> Solid:
     """A surface of revolution, solid or hollow."""
     surface = revolve(outline)
     if wall is None:
-        return _solid(tuple(Hull(*part) for part in solid_slices(outline)), surface)
+        whole = _solid(tuple(Hull(*part) for part in solid_slices(outline)), surface)
+        return replace(whole, kind="revolved")
     parts, mass = vessel(outline, wall)
-    return _replace_mass(_solid(tuple(Hull(*part) for part in parts), surface), mass)
+    hollow = _solid(tuple(Hull(*part) for part in parts), surface)
+    return replace(hollow, mass=mass, kind="revolved")
 
 
 def _meshed(

@@ -97,7 +97,7 @@ def configure(compiled: Compiled, program: PhysicalProgram, dt: float) -> None:
     data.qpos[:] = qpos
 
 
-ROUND = ("sphere", "ellipsoid", "cylinder", "capsule", "torus")
+ROUND = ("sphere", "ellipsoid", "cylinder", "capsule", "torus", "revolved")
 
 
 def _rolling_radius(solid: Solid) -> float:

@@ -13,6 +13,7 @@ from physagent_studio.program import Click, Grounding
 from physagent_studio.reconstruction import reduction_of
 from physagent_studio.reconstruction.grounding.proposals import Proposed, Spot, propose
 from physagent_studio.records import Case, Image
+from physagent_studio.workbench.bearers import with_supports
 
 Seek = Callable[[Image, list[Sought]], Sequence[Proposed]]
 """Looks for things in a photo: `propose`, or the same in another process."""
@@ -41,7 +42,7 @@ def case_in_words(
         )
     marked = {name: said for name, said in marks.items() if said.points or said.box is not None}
     if all(name in marked for name in names):
-        return case_from_image(path, prompt, marked)
+        return with_supports(case_from_image(path, prompt, marked))
     # Any click of its own does until the real one is known; the photo is read and checked by then.
     said = {name: marked.get(name) or Grounding(points=(Click(x=0.001 * (at + 0.5), y=0),))
             for at, name in enumerate(names)}  # fmt: skip
@@ -50,9 +51,10 @@ def case_in_words(
         (name, grounding if given in marked else Grounding())
         for given, (name, grounding) in zip(names, case.objects, strict=True)
     )
-    return with_proposals(
+    found = with_proposals(
         replace(case, objects=open_ones), ask=ask, per=reduction_of(path), seek=seek
     )
+    return with_supports(found)
 
 
 def names_in(prompt: str) -> tuple[str, ...]:

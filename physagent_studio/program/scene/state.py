@@ -115,6 +115,15 @@ class Grounding(Frozen):
         return tuple((mark.x, mark.y) for mark in self.marks if mark.role == role)
 
     @property
+    def inside(self) -> tuple[tuple[float, float], ...]:
+        """Pixels that show it: clicks on it, else the middle of the box around it."""
+        clicks = tuple((click.x, click.y) for click in self.points if click.label)
+        if clicks or self.box is None:
+            return clicks
+        left, top, right, bottom = self.box
+        return (((left + right) / 2, (top + bottom) / 2),)
+
+    @property
     def shows_something(self) -> bool:
         """Whether there is anything from which a mask can be made."""
         inside = any(click.label for click in self.points)

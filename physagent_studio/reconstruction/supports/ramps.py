@@ -17,15 +17,34 @@ from physagent_studio.reconstruction.photo.line_segments import Segments, joined
 
 
 @dataclass(frozen=True, slots=True)
+class RampSettings:
+    """When a ramp's far edge is seen behind its near one: one looks down on its upper side."""
+
+    max_turn_deg: float = 8.0  # 2..15: between the two edges, which meet far off
+    min_length_share: float = 0.3  # 0.1..0.8: of the near edge: things stand before the far one
+    # 0.03..0.15: of the near edge's length between them: less is a board's thickness
+    min_gap_share: float = 0.06
+    max_gap_share: float = 0.5  # 0.2..1: of that length: what is farther off is another thing's
+    rim_px: float = 4.0  # 1..10: a foot is seen as far beyond either edge
+
+
+RAMP = RampSettings()
+
+Pixel = tuple[float, float]
+
+
+@dataclass(frozen=True, slots=True)
 class Profile:
     """A ramp's outline in pixels: where its slope meets the ground, its upper end, and the far
 
-    end of the plateau behind it (equal to `top` where there is none).
+    end of the plateau behind it (equal to `top` where there is none). far: lower and upper end of
+    the slope's far edge, where its upper side is seen.
     """
 
-    toe: tuple[float, float]
-    top: tuple[float, float]
-    end: tuple[float, float]
+    toe: Pixel
+    top: Pixel
+    end: Pixel
+    far: tuple[Pixel, Pixel] | None = None
 
     @property
     def uphill(self) -> int:
@@ -41,6 +60,15 @@ class Profile:
         order = np.argsort(columns, kind="stable")
         return float(np.interp(x, np.array(columns)[order], np.array(rows)[order]))
 
+    def carries(self, x: float, y: float) -> bool:
+        """Whether a pixel shows the upper side between its two edges, or nearly."""
+        row = self.surface(x)
+        if row is None or self.far is None:
+            return False
+        (x0, y0), (x1, y1) = self.far
+        beyond = y0 + (y1 - y0) * (x - x0) / (x1 - x0)
+        return beyond - RAMP.rim_px <= y <= row + RAMP.rim_px
+
 
 def find_profile(
     found: Segments, clicks: Sequence[tuple[float, float]], size: tuple[int, int]
@@ -52,9 +80,13 @@ def find_profile(
     if len(clicks) == 3:
         toe, _, top = clicks
         return Profile(toe, top, top)
+    if not clicks:
+        return None
     slope = _slope(found, clicks, size)
     if slope is None:
         return None
+    if seen := _looked_down_on(found, slope, clicks):
+        return seen
     toe, top = slope
     toe = _down_to_base(found, toe, top, clicks, size)
     return Profile(toe, top, _plateau(found, toe, top, size))
@@ -77,6 +109,38 @@ def _slope(
     # Of the parallel edges of a slope the near one lies lowest in the picture.
     best = np.flatnonzero(merit > 0.6 * merit.max())
     ends = joined_ends[max(best, key=lambda k: float(joined_ends[k][:, 1].mean()))]
+    return _low_first(ends)
+
+
+def _looked_down_on(
+    found: Segments, slope: tuple[Pixel, Pixel], clicks: Sequence[Pixel]
+) -> Profile | None:
+    """The near and the far edge of a slope whose upper side holds a click; None where it is not
+    seen. Of the near edges of a thick board the longest bounds its upper side."""
+    ends, _ = joined(found)
+    low, high = np.array(slope)
+    ahead = (high - low) / np.linalg.norm(high - low)
+    span = float(np.linalg.norm(high - low))
+    steps = ends[:, 1] - ends[:, 0]
+    lengths = np.linalg.norm(steps, axis=1)
+    sines = np.abs(steps[:, 0] * ahead[1] - steps[:, 1] * ahead[0]) / np.maximum(lengths, 1e-9)
+    alike = sines < math.sin(math.radians(RAMP.max_turn_deg))
+    middles = ends.mean(1) - low
+    # Up in the picture, across the slope.
+    above = -(middles[:, 1] - middles[:, 0] * ahead[1] / ahead[0])
+    gaps = above / span
+    near = alike & (np.abs(gaps) < RAMP.min_gap_share)
+    far = alike & (gaps > RAMP.min_gap_share) & (gaps < RAMP.max_gap_share)
+    far &= lengths > RAMP.min_length_share * span
+    if not near.any() or not far.any():
+        return None
+    toe, top = _low_first(ends[max(np.flatnonzero(near), key=lambda k: lengths[k])])
+    lower, upper = _low_first(ends[max(np.flatnonzero(far), key=lambda k: lengths[k])])
+    seen = Profile(toe, top, top, (lower, upper))
+    return seen if any(seen.carries(*click) for click in clicks) else None
+
+
+def _low_first(ends: FloatArray) -> tuple[Pixel, Pixel]:
     low, high = sorted(ends.tolist(), key=lambda point: -point[1])
     return (float(low[0]), float(low[1])), (float(high[0]), float(high[1]))
 
@@ -158,11 +222,23 @@ def place_ramp(camera: Camera, profile: Profile, width: float | None = None) -> 
     plateau = max(abs(float(spots[1, 0] - toe[0])) - run, 0.0)
     if run < 1e-3 or rise < 1e-3:
         return None
+    if width is None and profile.far is not None:
+        width = _width(camera, profile.far, toe, spots[0])
     across = width or 0.4 * (run + plateau)
     # The edge that is seen is the near one: the ramp's middle lies half its width behind.
     place = (float(toe[0]), float(toe[1]) + across / 2, 0.0)
     yaw = 0.0 if profile.uphill > 0 else math.pi
     return Ramp(toe=place, yaw=yaw, run=run, rise=rise, width=across, plateau=plateau)
+
+
+def _width(
+    camera: Camera, far: tuple[Pixel, Pixel], toe: FloatArray, top: FloatArray
+) -> float | None:
+    """How far behind the near edge of a slope, from toe to top, its far edge lies, m."""
+    up = top - toe
+    places = on_upright_through(camera, far, toe, np.cross(up, (0.0, 1.0, 0.0)))
+    width = float(np.mean(places[:, 1]) - toe[1])
+    return width if math.isfinite(width) and width > 0 else None
 
 
 def height_at(ramp: Ramp, x: float, y: float) -> float | None:

@@ -63,7 +63,8 @@ def _support_below(
         if support.name in profiles:
             row = profiles[support.name].surface(stance.foot[0])
             near = max(6.0, 0.25 * stance.height)
-            share = 1.0 if row is not None and abs(row - stance.foot[1]) < near else 0.0
+            on_it = profiles[support.name].carries(*stance.foot)
+            share = 1.0 if on_it or (row is not None and abs(row - stance.foot[1]) < near) else 0.0
         else:
             share = _share_near(stance, regions.get(support.name))
         if share > 0.3 and (best is None or share > best[0]):

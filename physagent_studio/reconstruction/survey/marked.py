@@ -68,7 +68,7 @@ def _clicked(state: SceneState) -> list[tuple[str, Grounding]]:
     tasks += [
         (item.name, item.grounding)
         for item in state.supports
-        if item.grounding.points and support_kind(item.name) in ("slab", "ramp")
+        if item.grounding.shows_something and support_kind(item.name) in ("slab", "ramp")
     ]
     return tasks
 

@@ -209,7 +209,7 @@ def profiles_of(state: SceneState, found: Segments, size: tuple[int, int]) -> di
     out: dict[str, Profile] = {}
     for support in state.supports:
         if support.shape is None and support_kind(support.name) == "ramp":
-            clicks = [(c.x, c.y) for c in support.grounding.points if c.label]
+            clicks = support.grounding.inside
             profile = clicked_supports.profile_of(support) or find_profile(found, clicks, size)
             if profile is not None:
                 out[support.name] = profile

@@ -1,0 +1,140 @@
+"""Things that a person marks although other things stand on them: they become supports.
+
+One who boxes "the ball" and "the plank" that it rolls down does not tell things from supports. A
+name that knowledge has for a surface, on which another marked thing is seen to stand or on which
+the sentence has something roll, and which the sentence itself leaves where it is, is one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+from physagent_studio.knowledge import kind_of, support_kind
+from physagent_studio.language import Reading, inventory, read
+from physagent_studio.program.scene.state import Click, Grounding, Support
+from physagent_studio.records import Case
+
+Box = tuple[float, float, float, float]
+
+_STILL = frozenset(("be", "rest", "stay", "hit", "touch", "lean"))
+"""Senses that leave what they are about in its place, where it is what others stand on."""
+_ON = ("down", "up", "along", "on", "off", "from", "over", "atop", "at")
+
+
+@dataclass(frozen=True, slots=True)
+class BearerSettings:
+    """Where a marked surface is clicked that other things stand on."""
+
+    below_foot_share: float = 0.05  # 0.01..0.2: of a thing's height, below its box: the surface
+    top_share: float = 0.25  # 0.05..0.5: of a surface's box, from above: of what bears nothing yet
+    max_click_count: int = 3  # 1..6: of feet that show one surface
+    # 0.4..0.9: of the box of what is seen whole, from above: lower down are its legs and the floor
+    max_foot_share: float = 0.6
+    prop_share: float = 0.15  # 0.05..0.3: of a slope's box, from below: what props it ends there
+
+
+BEARER = BearerSettings()
+
+
+def with_supports(case: Case) -> Case:
+    """The case with those of its objects as supports that others stand on or roll along.
+
+    What props up a slope, and is not spoken of, is part of the picture and no thing.
+    """
+    marks = dict(case.objects)
+    if not any(_is_surface(name) for name in marks):
+        return case
+    stock = inventory(case.objects, [(s.name, s.grounding) for s in case.supports], ())
+    reading = read(case.prompt, stock)
+    rows = case.image.shape[0] if case.image is not None else 0
+    found = {name: s for name in marks if (s := _support(name, marks, reading, rows)) is not None}
+    said = {
+        one
+        for f in reading.frames
+        for one in (*f.patient, *f.agent, *(p.name for _, p in f.places))
+    }
+    idle = {name: grounding for name, grounding in marks.items() if name not in (*said, *found)}
+    slopes = [marks[n].box for n, s in found.items() if support_kind(s.name) == "ramp"]
+    props = {n for n, one in idle.items() if any(_is_under(one.box, box) for box in slopes)}
+    objects = tuple((n, one) for n, one in case.objects if n not in found and n not in props)
+    taken = {one.name for one in case.supports} | {name for name, _ in objects}
+    if not found or not objects or any(one.name in taken for one in found.values()):
+        return case
+    return replace(case, objects=objects, supports=(*case.supports, *found.values()))
+
+
+def _is_under(own: Box | None, slope: Box | None) -> bool:
+    """Whether a thing ends where the box of a slope ends, within its sides: it props that slope."""
+    if own is None or slope is None:
+        return False
+    middle = (own[0] + own[2]) / 2
+    low = slope[3] - BEARER.prop_share * (slope[3] - slope[1])
+    return slope[0] <= middle <= slope[2] and own[1] > slope[1] and own[3] >= low
+
+
+def _is_surface(name: str) -> bool:
+    kind = kind_of(name)
+    return kind is not None and (kind.support is not None or bool(kind.surface))
+
+
+def _support(
+    name: str, marks: Mapping[str, Grounding], reading: Reading, rows: int
+) -> Support | None:
+    """The support that a marked thing is; None for a thing. rows: of the picture."""
+    kind = kind_of(name)
+    if kind is None or not _is_surface(name):
+        return None
+    if any(name in frame.patient and frame.sense not in _STILL for frame in reading.frames):
+        return None
+    told = {
+        relation
+        for frame in reading.frames
+        for relation, place in (*frame.places, *frame.begins)
+        if place.name == name
+    }
+    slopes = support_kind(name) == "ramp"
+    tilts = kind.surface == "flat" and bool(told & {"down", "up"})
+    feet = _feet_on(name, marks, rows if not (slopes or tilts) else 0)
+    if not feet and not told.intersection(_ON):
+        return None
+    grounding = _clicked(marks[name], feet, slopes or tilts)
+    return Support(name=f"{name}_ramp" if tilts else name, grounding=grounding)
+
+
+def _feet_on(name: str, marks: Mapping[str, Grounding], rows: int) -> list[tuple[float, float]]:
+    """Pixels just below the boxes of the things that are seen to stand within its own box.
+
+    rows: of the picture, where below the upper part of the box there are legs; else 0.
+    """
+    box, found = marks[name].box, []
+    if box is None:
+        return []
+    lowest = box[1] + BEARER.max_foot_share * (box[3] - box[1])
+    if not rows or box[3] >= rows - 2:
+        lowest = box[3]
+    for other, said in marks.items():
+        if other == name or said.box is None:
+            continue
+        left, top, right, bottom = said.box
+        x, y = (left + right) / 2, bottom + BEARER.below_foot_share * (bottom - top)
+        hidden = any(
+            one.box[0] <= x <= one.box[2] and one.box[1] <= y <= one.box[3]
+            for third, one in marks.items()
+            if third not in (name, other) and one.box is not None
+        )
+        if box[0] <= x <= box[2] and box[1] <= y <= lowest and not hidden:
+            found.append((x, y))
+    return found[: BEARER.max_click_count]
+
+
+def _clicked(said: Grounding, feet: list[tuple[float, float]], slopes: bool) -> Grounding:
+    """What shows the surface: its own clicks, else where others stand on it; of a slope its box."""
+    if said.points or said.box is None:
+        return said
+    left, top, right, bottom = said.box
+    spots = feet or [((left + right) / 2, top + BEARER.top_share * (bottom - top))]
+    if slopes and not feet:
+        return said
+    points = tuple(Click(x=round(x, 1), y=round(y, 1)) for x, y in spots)
+    return Grounding(points=points, box=said.box if slopes else None)

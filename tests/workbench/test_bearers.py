@@ -1,0 +1,67 @@
+"""What a person marks although other things stand on it becomes a support."""
+
+import numpy as np
+import pytest
+
+from physagent_studio.program.scene.state import Click, Grounding
+from physagent_studio.records import Case
+from physagent_studio.workbench.bearers import with_supports
+
+
+def _case(prompt, **boxes):
+    marks = tuple((name, Grounding(box=box)) for name, box in boxes.items())
+    picture = np.zeros((480, 832, 3), np.uint8)
+    return Case("photo", picture, "", marks, (), (), prompt)
+
+
+def _names(case):
+    return [name for name, _ in case.objects], [one.name for one in case.supports]
+
+
+PLANK = {"ball": (69, 100, 138, 170), "plank": (1, 128, 548, 327), "box": (660, 226, 748, 324)}
+
+
+def test_a_plank_that_a_ball_rolls_down_is_a_ramp_that_is_clicked_under_the_ball():
+    case = with_supports(_case("The ball rolls down the plank and hits the box.", **PLANK))
+    assert _names(case) == (["ball", "box"], ["plank_ramp"])
+    grounding = case.supports[0].grounding
+    assert grounding.box == PLANK["plank"]
+    assert grounding.points == (Click(x=103.5, y=173.5),)
+
+
+def test_what_props_a_slope_is_part_of_the_picture_unless_it_is_spoken_of():
+    boxes = {**PLANK, "blue_block": (55, 190, 150, 322)}
+    case = with_supports(_case("The ball rolls down the plank.", **boxes))
+    assert _names(case) == (["ball", "box"], ["plank_ramp"])
+    told = with_supports(_case("The ball rolls down the plank past the blue block.", **boxes))
+    assert "blue_block" in _names(told)[0]
+
+
+TABLE = {"bottle": (572, 61, 620, 221), "table": (60, 165, 775, 470)}
+
+
+@pytest.mark.parametrize(
+    ("prompt", "bears"),
+    [
+        ("The bottle tips over.", True),
+        ("The bottle rolls off the table.", True),
+        ("The table tips over.", False),
+        ("The bottle falls as the table is pushed to the left.", False),
+    ],
+)
+def test_a_table_carries_what_stands_on_it_unless_the_sentence_moves_it(prompt, bears):
+    objects, supports = _names(with_supports(_case(prompt, **TABLE)))
+    assert (objects, supports) == ((["bottle"], ["table"]) if bears else (["bottle", "table"], []))
+
+
+def test_what_stands_in_front_of_a_table_does_not_make_it_a_support():
+    boxes = {**TABLE, "bottle": (300, 350, 340, 460)}
+    assert _names(with_supports(_case("The bottle tips over.", **boxes)))[1] == []
+
+
+def test_a_surface_alone_stays_a_thing():
+    assert (
+        _names(with_supports(_case("The tray slides to the left.", tray=(1, 1, 99, 99))))[1] == []
+    )
+    said = "The ball rolls down the ramp."
+    assert _names(with_supports(_case(said, ramp=(1, 1, 99, 99)))) == (["ramp"], [])

@@ -103,6 +103,7 @@ class _Reader(Meanings):
             self.unknown[word] = None
         _aim_at_what_gives_way(self.frames)
         _but_not(self.frames)
+        _passed_on(self.frames)
         _backwards_at_first(self.frames)
         _back_once_turned(self.frames)
         clauses = tuple(c for c in self.clauses if c.text)
@@ -341,6 +342,23 @@ def _back_once_turned(frames: list[EventFrame]) -> None:
         if frame.direction == "backward" and turned & {*frame.patient}:
             frames[index] = replace(frame, direction=None)
         turned |= {*frame.patient} if frame.sense == "turn_around" else set()
+
+
+_OVER = ("topple", "fall", "knock_over", "tip_over")
+
+
+def _passed_on(frames: list[EventFrame]) -> None:
+    """ "The first domino is pushed and they fall one by one", "… and the rest follow": the first
+    one falls over and brings the others down, each the next."""
+    for index, (frame, after) in enumerate(pairwise(frames)):
+        alone = len(frame.patient) == 1 and not (frame.agent or frame.negated or frame.places)
+        started = alone and frame.sense in (*_OVER, "push")
+        others = tuple(name for name in after.patient if name not in frame.patient)
+        told = after.timing == "in_turn" if len(others) < len(after.patient) else after.sequel
+        free = not (after.agent or after.negated or after.any_one or after.counted or after.places)
+        if started and told and free and after.sense in _OVER and len(others) > 1:
+            frames[index] = replace(frame, sense="topple")
+            frames[index + 1] = replace(after, sense="topple", patient=others, agent=frame.patient)
 
 
 def _but_not(frames: list[EventFrame]) -> None:

@@ -19,6 +19,7 @@ from physagent_studio.agent.rules.scene.hanging import bounces_unseen, from_nowh
 from physagent_studio.agent.rules.scene.materials import ground_material, material_of, unknown
 from physagent_studio.agent.rules.scene.measures import Layout
 from physagent_studio.agent.rules.scene.named_tables import surface_left
+from physagent_studio.agent.rules.scene.rows import as_waves
 from physagent_studio.agent.rules.scene.withdrawing import without_withdrawn
 from physagent_studio.agent.rules.schedule import actions as act
 from physagent_studio.agent.rules.schedule.event_program import raised_places, schedule, tasks_of
@@ -69,6 +70,7 @@ class RuleGenerator:
         clip = Clip()
         state = _with_materials(_on_wheels(state, reading, clip, masks), reading, clip)
         layout = Layout(state)
+        reading = as_waves(reading, layout)
         return PhysicalProgram(
             clip=clip,
             scene=state,

@@ -160,7 +160,9 @@ def of_pronoun(word: str, stock: Inventory, talk: Discourse, subject: bool) -> R
     if word in ("they", "them", "both", "these", "those", "each"):
         group = next((m for m in reversed(talk.mentions) if len(m) > 1), ())
         pair = _last_two(talk) if word == "both" or not group else ()
-        return Resolved(pair or group) if pair or group else None
+        # "The first domino is pushed and they fall one by one".
+        found = pair or group or _all_of_them(stock, talk)
+        return Resolved(found) if found else None
     if word not in ("it", "one", "that", "this", "he", "she", "him"):
         return None
     if subject and talk.subject:

@@ -91,9 +91,13 @@ def _resumed(found: Sequence[RawClause]) -> list[RawClause]:
         alone = alone or (follows and bool(clause.subjects))
         clause = replace(clause, sequel=clause.sequel or follows)
         if verb is not None and alone and told is not None and told.verb is not None:
-            again = replace(told.verb, start=verb.start, end=verb.end, negated=verb.negated)
+            # "Someone tips the first one and the rest follow": it is done to them too.
+            passive = told.verb.passive or (follows and bool(told.objects))
+            again = replace(
+                told.verb, start=verb.start, end=verb.end, negated=verb.negated, passive=passive
+            )
             clause = replace(
-                clause, verb=again, objects=clause.objects or told.objects,
+                clause, verb=again, objects=clause.objects or (() if follows else told.objects),
                 places=clause.places or told.places,
                 adverbs=(*(a for a in told.adverbs if a != "not"), *clause.adverbs),
             )  # fmt: skip

@@ -28,6 +28,7 @@ class DetachedSettings:
     min_darker_logs: tuple[float, float] = (0.04, 0.12)
     # log, 0.2..1: by which one colour may be darker than another: the sky lights a shadow blue
     max_tint_log: float = 0.6
+    max_redder_log: float = 0.15  # log, 0..0.4: by which red may be less darkened than blue is
     # own sizes, 0.05..1: spread of the spots that are compared, across and down
     spot_shares: tuple[float, float] = (0.22, 0.1)
     peak_ratio: float = 1.5  # 1.1..4: of the darkest spot's darkness over that of any other
@@ -89,6 +90,7 @@ def _spot(photo: Image, own: BoolArray, inside: BoolArray, level: BoolArray) -> 
     usual = np.asarray(cv2.medianBlur(photo, window), np.uint8)
     darker = _darker(photo, usual)
     tinted = np.ptp(darker, axis=-1) < DETACHED.max_tint_log
+    tinted &= darker[..., 2] - darker[..., 0] < DETACHED.max_redder_log
     dark = (darker.min(-1) > DETACHED.min_darker_logs[0]) & near & tinted
     depth = np.where(dark, darker.mean(-1), 0).astype(np.float32)
     spread = tuple(max(share * side, 1.0) for share in DETACHED.spot_shares)

@@ -47,7 +47,8 @@ def from_nowhere(case: Case, reading: Reading, layout: Layout) -> frozenset[str]
     """Objects that fall or swing although the scene has them on the ground: they hung in the air.
 
     Told of things that nothing pushes, that lie on nothing else and cannot fall over: what is
-    round or flat, or comes from something that the picture does not name ("from its branch").
+    round or flat, or comes from something that the picture does not name ("from its branch"), or
+    falls straight down.
     And of what is said to swing, or sways though it is round.
     """
     found: set[str] = set()
@@ -72,7 +73,11 @@ def from_nowhere(case: Case, reading: Reading, layout: Layout) -> frozenset[str]
                 found |= set() if frame.negated or frame.agent else {name}
             elif not first or not falls or place is not None:
                 continue
-            elif _cannot_topple(layout, name) or _from_unknown(case.prompt, reading):
+            elif (
+                "straight" in frame.manner
+                or _cannot_topple(layout, name)
+                or _from_unknown(case.prompt, reading)
+            ):
                 found.add(name)
     return frozenset(found)
 

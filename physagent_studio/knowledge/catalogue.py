@@ -43,6 +43,7 @@ class Kind(_Row):
     depth: Positive | None = None
     aspect: tuple[Positive, Positive] | None = None
     lies: Positive | None = None
+    flat: Positive | None = None
     top: Positive | None = None
     support: Literal["floor", "ramp", "stairs", "rails", "wall", "step", "board"] | None = None
     surface: (

@@ -22,7 +22,7 @@ RISER = 0.17
 class Usual:
     """metres: longer visible side. spread: of its logarithm. shapes: likely ones, best first.
 
-    known: whether the name said it. depth, aspect, lies: as in `objects.yaml`. drives: whether it
+    known: whether the name said it. depth, aspect, lies, flat: as in `objects.yaml`. drives: whether it
     stands on wheels under its length. parts: what it has beside its body, as in `objects.yaml`.
     opens: whether it is open at the top.
     """
@@ -37,6 +37,7 @@ class Usual:
     drives: bool = False
     parts: tuple[str, ...] = ()
     opens: bool = False
+    flat: float | None = None
 
 
 UNKNOWN = Usual(0.3, 1.0, (), False)
@@ -105,7 +106,16 @@ def usual_size(name: str) -> Usual:
     aspect = kind.aspect or (BALL_ASPECT if kind.shapes[0] == "sphere" else None)
     drives, opens = kind.wheels == "long_axis", kind.hollow == "open"
     return Usual(
-        metres, spread, kind.shapes, True, kind.depth, aspect, kind.lies, drives, kind.parts, opens
+        metres,
+        spread,
+        kind.shapes,
+        depth=kind.depth,
+        aspect=aspect,
+        lies=kind.lies,
+        drives=drives,
+        parts=kind.parts,
+        opens=opens,
+        flat=kind.flat,
     )
 
 

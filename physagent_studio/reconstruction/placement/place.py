@@ -212,7 +212,8 @@ def _offers(
     base = base_of(ground.stances[item.name], read, ground.supports, done)
     usual = read.usual[item.name]
     if usual.known:
-        base = replace(base, longest=(usual.metres, usual.spread), deep=usual.depth)
+        longest = (usual.metres, usual.spread)
+        base = replace(base, longest=longest, deep=usual.depth, flat=usual.flat)
     tilt = tilt_of(base, shape_of(read.on[item.name], ground.supports), usual.shapes)
     camera = tilt.camera(read.camera) if tilt is not None else read.camera
     if item.shape is None:

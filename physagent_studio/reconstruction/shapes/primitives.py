@@ -56,6 +56,7 @@ class PrimitiveSettings:
     # no depth; and e times as deep as its name tells
     depth_weight: float = 0.006
     told_depth_weight: float = 0.1  # IoU, 0.01..1: the same
+    flat_weight: float = 0.03  # IoU, 0..0.2: the same of a flat box's thickness over its length
     refined_turns: int = 3  # count, 1..10: beginnings of a turned box that are refined
     # 0.005..0.5: with which the best box is refined again: a simplex may be stuck
     polish_steps: tuple[float, float] = (0.1, 0.04)
@@ -85,7 +86,7 @@ class Base:
     height is found from the picture instead (an object in the air). below: the box that it
     stands on, if it does: what is stacked lies much the same way. longest: usual length of the
     thing's longer side, m, and the spread of its logarithm, where that is known. deep: its usual
-    depth over its width, where that is.
+    depth over its width, where that is. flat: of flat boxes the shortest side over the longest.
     """
 
     x: float
@@ -96,6 +97,7 @@ class Base:
     below: Lying | None = None
     longest: tuple[float, float] | None = None
     deep: float | None = None
+    flat: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -319,11 +321,14 @@ def _unusual(q: FloatArray, kind: str, longest: tuple[float, float]) -> float:
 def _unlikely(q: FloatArray, base: Base) -> float:
     """What a box loses for numbers that its outline leaves open and that are not usual.
 
-    The depth that its name tells, else one like the width, and a straight view; in a stack, the
-    size and the turn of what is below.
+    The thickness or the depth that its name tells, else a depth like the width, and a straight
+    view; in a stack, the size and the turn of what is below.
     """
     below = base.below
     if below is None:
+        if base.flat is not None:
+            thin = float(np.ptp(q[3:6])) + math.log(base.flat)
+            return PRIMITIVE.flat_weight * thin**2 + 0.003 * abs(math.sin(2 * q[6]))
         told = base.deep is not None and at_work("usual depths")
         off = q[5] - q[3] - (math.log(base.deep) if told and base.deep is not None else 0.0)
         weight = PRIMITIVE.told_depth_weight if told else PRIMITIVE.depth_weight

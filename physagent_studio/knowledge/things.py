@@ -22,9 +22,9 @@ RISER = 0.17
 class Usual:
     """metres: longer visible side. spread: of its logarithm. shapes: likely ones, best first.
 
-    known: whether the name said it. depth, aspect, lies, flat: as in `objects.yaml`. drives: whether it
-    stands on wheels under its length. parts: what it has beside its body, as in `objects.yaml`.
-    opens: whether it is open at the top.
+    known: whether the name said it. depth, aspect, lies, flat: as in `objects.yaml`. drives:
+    whether it stands on wheels under its length. parts: what it has beside its body, as in
+    `objects.yaml`. opens: whether it is open at the top.
     """
 
     metres: float

@@ -223,8 +223,10 @@ def _bouncing(task: Task) -> Script:
     """What hangs in the air falls by itself; what shall bounce on to a place is thrown there."""
     if task.layout.carrier(task.name) is None:
         return _nothing
-    if task.intent.hits or task.down_the_steps() is not None:
+    if task.down_the_steps() is not None:
         return scripts.along_ground
+    if task.intent.hits and task.layout.has(task.intent.hits[0]):
+        return scripts.hop_onto
     return scripts.through_air if task.target() is not None else scripts.leap
 
 

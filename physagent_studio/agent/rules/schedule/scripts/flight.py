@@ -25,6 +25,10 @@ class FlightSettings:
 
     min_rise_sizes: float = 0.25  # own sizes, 0.1..1: lower, and it is hardly seen to rise
     min_rise_m: float = 0.03  # m, 0.01..0.1: likewise, for what is small
+    seen_hop_m_s: float = 0.7  # m/s, 0.3..1.5: after the last of several hops: it is seen
+    # 0.5..1: of the way that is to be gone by hops: while it is kicked it is carried on
+    hop_way_share: float = 0.9
+    last_hop_m_s: float = 0.55  # m/s, 0.2..1: the same of what has to get somewhere by its hops
 
 
 FLIGHT = FlightSettings()
@@ -79,15 +83,36 @@ def leap(task: Task) -> list[Action]:
     hurdle = task.intent.place("over", senses=("jump", "bounce"))
     if hurdle is not None and hurdle.kind == "object" and task.layout.has(hurdle.name):
         return [_over(task, hurdle.name)]
-    speed = math.sqrt(2 * mech.G * _seen_up(task, max(task.layout.size(task.name), 0.1)))
-    if (hops := _hops(task)) > 1:
-        # What is left after each rebound has still to be seen after the last.
-        kept = max(task.layout.touch(task.name, task.layout.ground()).restitution, 0.2)
-        speed = min(max(speed, 0.7 / kept**hops), 7.0)
+    speed = _hop_speed(task, FLIGHT.seen_hop_m_s)
     way = task.way()
     elevation = 65.0 if way not in (None, "up") else 0.0
     named = way if way not in (None, "up") else "up"
     force = act.toward_or_along(speed, way=named, elevation=elevation)
+    return [act.push(task.name, force, duration=act.STEPS.kick_steps, label="jump")]
+
+
+def _hop_speed(task: Task, last: float) -> float:
+    """How fast it leaves the ground, m/s. last: what is left after as many rebounds as are told."""
+    speed = math.sqrt(2 * mech.G * _seen_up(task, max(task.layout.size(task.name), 0.1)))
+    hops = _hops(task)
+    return min(max(speed, last / _kept(task) ** hops), 7.0) if hops > 1 else speed
+
+
+def _kept(task: Task) -> float:
+    """The share of its speed that a rebound from the ground leaves it."""
+    return max(task.layout.touch(task.name, task.layout.ground()).restitution, 0.2)
+
+
+def hop_onto(task: Task) -> list[Action]:
+    """Hops along the ground, as often as that is told, and then reaches what it shall hit."""
+    upward, target = _hop_speed(task, FLIGHT.last_hop_m_s), task.intent.hits[0]
+    # Where it first comes down it begins to roll, which takes two sevenths of a ball's speed.
+    kept, hops, rolling = _kept(task), max(_hops(task), 1), 5 / 7
+    flights = 1 + rolling * (sum(kept**k for k in range(1, hops)) + kept**hops / 2)
+    way = FLIGHT.hop_way_share * task.layout.gap(task.name, target)
+    forward = way * mech.G / (2 * upward * flights)
+    elevation = math.degrees(math.atan2(upward, forward))
+    force = act.toward_or_along(math.hypot(upward, forward), toward=target, elevation=elevation)
     return [act.push(task.name, force, duration=act.STEPS.kick_steps, label="jump")]
 
 

@@ -31,6 +31,7 @@ class BearerSettings:
     max_click_count: int = 3  # 1..6: of feet that show one surface
     # 0.4..0.9: of the box of what is seen whole, from above: lower down are its legs and the floor
     max_foot_share: float = 0.6
+    wide_ratio: float = 2.5  # 1.5..5: of a block's width over what stands on it: it is its ground
     prop_share: float = 0.15  # 0.05..0.3: of a slope's box, from below: what props it ends there
 
 
@@ -43,7 +44,8 @@ def with_supports(case: Case) -> Case:
     What props up a slope, and is not spoken of, is part of the picture and no thing.
     """
     marks = dict(case.objects)
-    if not any(_is_surface(name) for name in marks):
+    kinds = [kind for name in marks if (kind := kind_of(name)) is not None]
+    if not any(kind.top or kind.support or kind.surface for kind in kinds):
         return case
     stock = inventory(case.objects, [(s.name, s.grounding) for s in case.supports], ())
     reading = read(case.prompt, stock)
@@ -78,12 +80,19 @@ def _is_surface(name: str) -> bool:
     return kind is not None and (kind.support is not None or bool(kind.surface))
 
 
+def _is_wide(name: str, marks: Mapping[str, Grounding], rows: int) -> bool:
+    """Whether it carries something and is decidedly wider than all that stands on it."""
+    boxes = [marks[one].box for one in _feet_on(name, marks, rows)]
+    own, widths = marks[name].box, [box[2] - box[0] for box in boxes if box is not None]
+    return bool(widths) and own is not None and own[2] - own[0] > BEARER.wide_ratio * max(widths)
+
+
 def _support(
     name: str, marks: Mapping[str, Grounding], reading: Reading, rows: int
 ) -> Support | None:
     """The support that a marked thing is; None for a thing. rows: of the picture."""
     kind = kind_of(name)
-    if kind is None or not _is_surface(name):
+    if kind is None or not (_is_surface(name) or (kind.top and _is_wide(name, marks, rows))):
         return None
     if any(name in frame.patient and frame.sense not in _STILL for frame in reading.frames):
         return None
@@ -95,21 +104,23 @@ def _support(
     }
     slopes = support_kind(name) == "ramp"
     tilts = kind.surface == "flat" and bool(told & {"down", "up"})
-    feet = _feet_on(name, marks, rows if not (slopes or tilts) else 0)
+    feet = list(_feet_on(name, marks, rows if not (slopes or tilts) else 0).values())
     if not feet and not told.intersection(_ON):
         return None
     grounding = _clicked(marks[name], feet, slopes or tilts)
     return Support(name=f"{name}_ramp" if tilts else name, grounding=grounding)
 
 
-def _feet_on(name: str, marks: Mapping[str, Grounding], rows: int) -> list[tuple[float, float]]:
-    """Pixels just below the boxes of the things that are seen to stand within its own box.
+def _feet_on(
+    name: str, marks: Mapping[str, Grounding], rows: int
+) -> dict[str, tuple[float, float]]:
+    """By their names, pixels just below the boxes of what is seen to stand within its own box.
 
     rows: of the picture, where below the upper part of the box there are legs; else 0.
     """
-    box, found = marks[name].box, []
+    box, found = marks[name].box, {}
     if box is None:
-        return []
+        return {}
     lowest = box[1] + BEARER.max_foot_share * (box[3] - box[1])
     if not rows or box[3] >= rows - 2:
         lowest = box[3]
@@ -124,8 +135,8 @@ def _feet_on(name: str, marks: Mapping[str, Grounding], rows: int) -> list[tuple
             if third not in (name, other) and one.box is not None
         )
         if box[0] <= x <= box[2] and box[1] <= y <= lowest and not hidden:
-            found.append((x, y))
-    return found[: BEARER.max_click_count]
+            found[other] = (x, y)
+    return found
 
 
 def _clicked(said: Grounding, feet: list[tuple[float, float]], slopes: bool) -> Grounding:
@@ -136,5 +147,5 @@ def _clicked(said: Grounding, feet: list[tuple[float, float]], slopes: bool) -> 
     spots = feet or [((left + right) / 2, top + BEARER.top_share * (bottom - top))]
     if slopes and not feet:
         return said
-    points = tuple(Click(x=round(x, 1), y=round(y, 1)) for x, y in spots)
+    points = tuple(Click(x=round(x, 1), y=round(y, 1)) for x, y in spots[: BEARER.max_click_count])
     return Grounding(points=points, box=said.box if slopes else None)

@@ -59,6 +59,13 @@ def test_what_stands_in_front_of_a_table_does_not_make_it_a_support():
     assert _names(with_supports(_case("The bottle tips over.", **boxes)))[1] == []
 
 
+@pytest.mark.parametrize(("width", "bears"), [(30, True), (120, False)])
+def test_a_block_is_the_ground_of_what_is_decidedly_narrower(width, bears):
+    boxes = {"cube": (100, 60, 100 + width, 100), "big_block": (20, 70, 232, 186)}
+    case = with_supports(_case("The cube slides off the big block.", **boxes))
+    assert _names(case)[1] == (["big_block"] if bears else [])
+
+
 def test_a_surface_alone_stays_a_thing():
     assert (
         _names(with_supports(_case("The tray slides to the left.", tray=(1, 1, 99, 99))))[1] == []

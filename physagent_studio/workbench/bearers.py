@@ -7,13 +7,16 @@ the sentence has something roll, and which the sentence itself leaves where it i
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from physagent_studio.knowledge import kind_of, support_kind
+from physagent_studio.knowledge import is_solid, kind_of, support_kind
 from physagent_studio.language import Reading, inventory, read
-from physagent_studio.program.scene.state import Click, Grounding, Support
-from physagent_studio.records import Case
+from physagent_studio.program.base import Pixel
+from physagent_studio.program.scene.state import Click, Grounding, Mark, Support
+from physagent_studio.reconstruction.photo.line_segments import segments
+from physagent_studio.reconstruction.supports.boxed_tops import top_in_box
+from physagent_studio.records import Case, Image
 
 Box = tuple[float, float, float, float]
 
@@ -45,12 +48,12 @@ def with_supports(case: Case) -> Case:
     """
     marks = dict(case.objects)
     kinds = [kind for name in marks if (kind := kind_of(name)) is not None]
-    if not any(kind.top or kind.support or kind.surface for kind in kinds):
+    if case.image is None or not any(k.top or k.support or k.surface for k in kinds):
         return case
     stock = inventory(case.objects, [(s.name, s.grounding) for s in case.supports], ())
     reading = read(case.prompt, stock)
-    rows = case.image.shape[0] if case.image is not None else 0
-    found = {name: s for name in marks if (s := _support(name, marks, reading, rows)) is not None}
+    seen = {name: _support(name, marks, reading, case.image) for name in marks}
+    found = {name: support for name, support in seen.items() if support is not None}
     said = {
         one
         for f in reading.frames
@@ -88,9 +91,10 @@ def _is_wide(name: str, marks: Mapping[str, Grounding], rows: int) -> bool:
 
 
 def _support(
-    name: str, marks: Mapping[str, Grounding], reading: Reading, rows: int
+    name: str, marks: Mapping[str, Grounding], reading: Reading, image: Image
 ) -> Support | None:
-    """The support that a marked thing is; None for a thing. rows: of the picture."""
+    """The support that a marked thing is in the picture; None for a thing."""
+    rows = image.shape[0]
     kind = kind_of(name)
     if kind is None or not (_is_surface(name) or (kind.top and _is_wide(name, marks, rows))):
         return None
@@ -108,6 +112,8 @@ def _support(
     if not feet and not told.intersection(_ON):
         return None
     grounding = _clicked(marks[name], feet, slopes or tilts)
+    if support_kind(name) == "slab" and not (tilts or is_solid(name)):
+        grounding = _with_top(grounding, marks[name].box, feet, image)
     return Support(name=f"{name}_ramp" if tilts else name, grounding=grounding)
 
 
@@ -139,7 +145,16 @@ def _feet_on(
     return found
 
 
-def _clicked(said: Grounding, feet: list[tuple[float, float]], slopes: bool) -> Grounding:
+def _with_top(said: Grounding, box: Box | None, feet: Sequence[Pixel], image: Image) -> Grounding:
+    """With the corners of the top, where its near edge is seen in the box around it."""
+    if box is None or not feet or said.points[len(feet) :]:
+        return said
+    corners = top_in_box(segments(image), box, feet, image.shape[1])
+    marks = tuple(Mark(role="top", x=x, y=y) for x, y in corners or ())
+    return said.model_copy(update={"marks": marks})
+
+
+def _clicked(said: Grounding, feet: Sequence[Pixel], slopes: bool) -> Grounding:
     """What shows the surface: its own clicks, else where others stand on it; of a slope its box."""
     if said.points or said.box is None:
         return said

@@ -80,11 +80,11 @@ def _palette(lab: NDArray[np.float32]) -> NDArray[np.int64]:
 
 
 def _covered(mask: BoolArray, inside: Sequence[Pixel]) -> float:
-    """Share of the clicks that the mask covers."""
+    """Share of the clicks that the mask covers; one beside the view counts at its border."""
     if not inside:
         return 1.0
     rows, columns = mask.shape
-    at = [(int(min(rows - 1, y)), int(min(columns - 1, x))) for x, y in inside]
+    at = [(int(np.clip(y, 0, rows - 1)), int(np.clip(x, 0, columns - 1))) for x, y in inside]
     return float(np.mean([mask[pixel] for pixel in at]))
 
 

@@ -273,7 +273,7 @@ def _extent(chance: FloatArray, marks: Marks) -> Box:
     likely = (chance > 0.5).astype(np.uint8)
     count, labels, stats, _ = cv2.connectedComponentsWithStats(likely)
     rows, columns = labels.shape
-    at = [(min(int(y), rows - 1), min(int(x), columns - 1)) for x, y in marks.inside]
+    at = [(int(np.clip(y, 0, rows - 1)), int(np.clip(x, 0, columns - 1))) for x, y in marks.inside]
     if count == 1:
         (y, x), half = at[0], MAP.min_square_px / 2
         return (x - half, y - half, x + half, y + half)

@@ -12,6 +12,7 @@ from typing import Annotated, ParamSpec, TypeVar
 
 import typer
 
+from physagent_studio.cli import output
 from physagent_studio.errors import Cancelled, ProgramError, StudioError, Unclear
 from physagent_studio.jobs import JobFailed
 
@@ -25,6 +26,8 @@ Workspace = Annotated[
 
 OUR_FAULT, BAD_INPUT, NOT_REALISED, WAITING, CANCELLED = 1, 2, 3, 4, 130
 
+KEPT = "cancelled; everything up to here is kept"
+
 
 def guarded(command: Callable[P, R]) -> Callable[P, R]:
     """Wraps a command so that what a person can do something about is one sentence."""
@@ -34,20 +37,22 @@ def guarded(command: Callable[P, R]) -> Callable[P, R]:
         try:
             return command(*args, **kwargs)
         except (Cancelled, KeyboardInterrupt):
-            _say("cancelled; everything up to here is kept")
+            if kwargs.get("as_json"):
+                output.print_json({"outcome": "cancelled"})
+            say(KEPT)
             raise typer.Exit(CANCELLED) from None
         except ProgramError as error:
             for problem in error.problems:
-                _say(f"{error.source}, {problem}" if error.source else str(problem))
+                say(f"{error.source}, {problem}" if error.source else str(problem))
             raise typer.Exit(BAD_INPUT) from None
         except Unclear as error:
-            _say(str(error))
+            say(str(error))
             raise typer.Exit(WAITING) from None
         except StudioError as error:
             if isinstance(error.__cause__, JobFailed) and error.__cause__.reason == "crash":
                 # A step that broke down is no bad input: `our_fault` says so.
                 raise
-            _say(str(error))
+            say(str(error))
             raise typer.Exit(BAD_INPUT) from None
         except BrokenPipeError:
             # The reader of our output is gone; nothing more can be said to it.
@@ -62,8 +67,9 @@ def our_fault(kind: type[BaseException], error: BaseException, trace: TracebackT
     if os.environ.get("PHYSAGENT_DEBUG"):
         sys.__excepthook__(kind, error, trace)
     else:
-        _say(f"this is our fault: {error!r}; PHYSAGENT_DEBUG=1 shows where")
+        say(f"this is our fault: {error!r}; PHYSAGENT_DEBUG=1 shows where")
 
 
-def _say(text: str) -> None:
+def say(text: str) -> None:
+    """One sentence on standard error."""
     typer.echo(f"physagent: {' '.join(text.split())}", err=True)

@@ -13,16 +13,17 @@ import typer
 
 from physagent_studio.agent.by_hand import in_order, waits_for
 from physagent_studio.cli import output
-from physagent_studio.cli.guard import NOT_REALISED, WAITING
+from physagent_studio.cli.guard import CANCELLED, KEPT, NOT_REALISED, WAITING, say
 from physagent_studio.cli.targets import agent_name, case_of, is_session
-from physagent_studio.errors import InputError
+from physagent_studio.errors import Cancelled, InputError
 from physagent_studio.exchange import (
+    PeerSetup,
     annotated,
     load_peer,
     read_lessons,
 )
 from physagent_studio.jobs import Processes
-from physagent_studio.records import Case, LoopState
+from physagent_studio.records import Case, Doubt, LoopState
 from physagent_studio.records.loop_state import ROLES, PolicyName
 from physagent_studio.session import Session, Store
 from physagent_studio.workbench.commands import (
@@ -56,6 +57,15 @@ class RunRequest:
     lessons: Path | None = None
     yes: bool = False
 
+    def check(self) -> None:
+        """Raises `InputError` for a word that is none of those allowed."""
+        if self.policy not in _POLICIES:
+            raise InputError(f"--policy {self.policy} is not known (auto, ask, ask_when)")
+        unknown = [role for role in self.by_hand if role not in ROLES]
+        if unknown:
+            raise InputError(f"--by-hand {unknown[0]} is not known ({', '.join(ROLES)})")
+        agent_name(self.agent)
+
     @property
     def draws(self) -> bool:
         """Whether each round's frames are drawn at once: unless asked, where a model looks at them.
@@ -67,52 +77,63 @@ class RunRequest:
 
 def run_loop(request: RunRequest, workspace: Path | None, as_json: bool) -> int:
     """Runs until the loop ends, waits for a person or has to ask; the exit code."""
-    policy = _POLICIES.get(request.policy)
-    if policy is None:
-        raise InputError(f"--policy {request.policy} is not known (auto, ask, ask_when)")
-    unknown = [role for role in request.by_hand if role not in ROLES]
-    if unknown:
-        raise InputError(f"--by-hand {unknown[0]} is not known ({', '.join(ROLES)})")
-    agent = agent_name(request.agent)
-    store = Store(workspace)
-    peer = load_peer(request.target, request.objects, request.prompt, request.event)
-    session = _session(request, store, None if peer is None else peer.case)
-    if session.read_only:
-        raise InputError(f"{session.read_only}; close it there first")
+    request.check()
     started = time.perf_counter()
+    session = peer = None
     try:
-        # Its processes start when a search turns out to be long; one core goes on here.
-        with (
-            output.progress_control(as_json) as control,
-            closing(Processes((os.cpu_count() or 1) - 1, keeping=True)) as spare,
-        ):
-            desk = Desk(session, control, evidence=request.draws, agent=agent, spare=spare)
-            if not as_json:
-                typer.echo(f"session {session.id}")
-            for role in in_order(request.by_hand):
-                carry_out(desk, TakeRole(role), "person")
-            carry_out(desk, Advance(policy, "simulate"), "person")
-            if peer is not None and desk.state.phase == "simulate":
-                edits = peer.edits_of_scheduled(desk.program)
-                carry_out(desk, ApplyEdits(edits, "as the configuration says"), "person")
-            asked = () if request.yes else asked_about(desk)
-            if peer is not None and not asked and desk.state.draft is not None:
-                # The configuration's numbers are a draft, which becomes the next round.
-                carry_out(desk, SetPolicy(policy), "person")
-                carry_out(desk, Step(), "person")
-            elif not asked and desk.state.phase == "simulate":
-                carry_out(desk, Advance(policy), "person")
+        peer = load_peer(request.target, request.objects, request.prompt, request.event)
+        session = _session(request, Store(workspace), None if peer is None else peer.case)
+        if session.read_only:
+            raise InputError(f"{session.read_only}; close it there first")
+        desk, asked = _carried_out(request, session, peer, as_json)
         report = report_of(desk.state, session, time.perf_counter() - started)
         if peer is not None:
             report["left_out"] = list(peer.left_out)
+    except (Cancelled, KeyboardInterrupt):
+        if session is None or not as_json:
+            raise
+        report = report_of(session.load(), session, time.perf_counter() - started)
+        output.print_json(report | {"outcome": "cancelled"})
+        say(KEPT)
+        return CANCELLED
     finally:
-        session.close()
+        if session is not None:
+            session.close()
     if asked:
         report["pictures"] = [str(save_candidates(desk, doubt.name)) for doubt in asked]
     _print(report, desk.state, as_json, asked=bool(asked))
     if asked or waits_for(desk.state):
         return WAITING
     return 0 if report["realised"] and is_plain(report) else NOT_REALISED
+
+
+def _carried_out(
+    request: RunRequest, session: Session, peer: PeerSetup | None, as_json: bool
+) -> tuple[Desk, tuple[Doubt, ...]]:
+    """The desk after the loop has gone on as far as it can, and what a person is asked about."""
+    policy, agent = _POLICIES[request.policy], agent_name(request.agent)
+    # Its processes start when a search turns out to be long; one core goes on here.
+    with (
+        output.progress_control(as_json) as control,
+        closing(Processes((os.cpu_count() or 1) - 1, keeping=True)) as spare,
+    ):
+        desk = Desk(session, control, evidence=request.draws, agent=agent, spare=spare)
+        if not as_json:
+            typer.echo(f"session {session.id}")
+        for role in in_order(request.by_hand):
+            carry_out(desk, TakeRole(role), "person")
+        carry_out(desk, Advance(policy, "simulate"), "person")
+        if peer is not None and desk.state.phase == "simulate":
+            edits = peer.edits_of_scheduled(desk.program)
+            carry_out(desk, ApplyEdits(edits, "as the configuration says"), "person")
+        asked = () if request.yes else asked_about(desk)
+        if peer is not None and not asked and desk.state.draft is not None:
+            # The configuration's numbers are a draft, which becomes the next round.
+            carry_out(desk, SetPolicy(policy), "person")
+            carry_out(desk, Step(), "person")
+        elif not asked and desk.state.phase == "simulate":
+            carry_out(desk, Advance(policy), "person")
+    return desk, asked
 
 
 def _session(request: RunRequest, store: Store, case: Case | None = None) -> Session:

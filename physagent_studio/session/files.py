@@ -6,6 +6,7 @@ from __future__ import annotations
 import fcntl
 import hashlib
 import os
+import time
 from contextlib import suppress
 from pathlib import Path
 
@@ -100,6 +101,25 @@ def _sync(folder: Path) -> None:
         os.close(handle)
 
 
+MOMENT = 0.02
+"""Seconds after which nobody who only asked is in the way of a lock any more."""
+
+
+def is_held(path: Path) -> bool:
+    """Whether some process has the lock of that file, this one included."""
+    try:
+        file = os.open(path, os.O_RDONLY | os.O_CLOEXEC)
+    except OSError:
+        return False
+    try:
+        fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
+    except OSError:
+        return True
+    finally:
+        os.close(file)
+    return False
+
+
 class Lock:
     """Held as long as the object is not released; `taken` says whether it is ours."""
 
@@ -111,14 +131,21 @@ class Lock:
             # A folder that cannot be written is only read.
             self._file = -1
             return
-        try:
-            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError:
+        if not self._take():
             self.holder = os.pread(self._file, 32, 0).decode("ascii", "replace").strip()
             self.release()
             return
         self.taken = True
         self._sign()
+
+    def _take(self) -> bool:
+        """Tries twice: who only asks whether it `is_held` is in the way for a moment."""
+        for pause in (0.0, MOMENT):
+            time.sleep(pause)
+            with suppress(OSError):
+                fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                return True
+        return False
 
     def _sign(self) -> None:
         """Writes who holds it, for the message; on a full disk the lock holds all the same."""

@@ -16,7 +16,9 @@ from physagent_studio.assets import data_folder
 from physagent_studio.errors import InputError
 from physagent_studio.records import Case, LoopState
 from physagent_studio.session import archive
+from physagent_studio.session.files import is_held
 from physagent_studio.session.session import Session
+from physagent_studio.session.standing import standing
 
 KEPT_IN_TRASH = 7 * 86_400.0
 """Seconds for which a discarded session can be brought back."""
@@ -24,7 +26,11 @@ KEPT_IN_TRASH = 7 * 86_400.0
 
 @dataclass(frozen=True, slots=True)
 class SessionInfo:
-    """A line of the session list. modified: ISO 8601, UTC. image: key of the photo, "" without."""
+    """A line of the session list.
+
+    outcome: of its loop; of one that has not ended, how it is `standing`. modified: ISO 8601, UTC.
+    image: key of the photo, "" without.
+    """
 
     id: str
     title: str
@@ -131,16 +137,17 @@ class Store:
         return name
 
     def _info(self, path: Path) -> SessionInfo:
-        """A line of the list, read again only when the session's database has changed."""
+        """A line of the list, read again only when the session or who holds it has changed."""
         stats = [item.stat() for item in (path, path.with_name("session.db-wal")) if item.exists()]
         # Reading makes a journal as well, but an empty one.
         stats = [one for one in stats if one.st_size]
         if not stats:
             raise InputError(f"the session {path.parent.name} is only being made")
-        stamp = tuple(number for one in stats for number in (one.st_mtime_ns, one.st_size))
+        held = is_held(path.with_name("session.lock"))
+        stamp = (held, *(number for one in stats for number in (one.st_mtime_ns, one.st_size)))
         if path not in self._known or self._known[path][0] != stamp:
             changed = max(one.st_mtime for one in stats)
-            self._known[path] = (stamp, _info(path, changed))
+            self._known[path] = (stamp, _info(path, changed, held))
         return self._known[path][1]
 
     def _empty_trash(self) -> None:
@@ -169,7 +176,7 @@ class Store:
         raise InputError(f"there is no session '{session_id}' in {self.root} ({known})")
 
 
-def _info(path: Path, changed: float) -> SessionInfo:
+def _info(path: Path, changed: float, held: bool) -> SessionInfo:
     with Session(path.parent, writing=False) as session:
         rounds, outcome = session.summary()
         return SessionInfo(
@@ -177,7 +184,7 @@ def _info(path: Path, changed: float) -> SessionInfo:
             title=session.title,
             prompt=session.prompt,
             rounds=rounds,
-            outcome=outcome,
+            outcome=standing(session, held) if outcome == "running" else outcome,
             modified=datetime.fromtimestamp(changed, UTC).isoformat(timespec="seconds"),
             image=session.meta("image") or "",
         )

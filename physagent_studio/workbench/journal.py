@@ -12,6 +12,7 @@ from pydantic import TypeAdapter
 from physagent_studio.errors import Cancelled, InputError, StorageError, StudioError
 from physagent_studio.records import LoopState, Rollout
 from physagent_studio.session import Session, Store
+from physagent_studio.session.standing import BEGUN, CANCELLED, DONE, FAILED
 from physagent_studio.workbench import commands
 from physagent_studio.workbench.desk import Desk
 from physagent_studio.workbench.engine import AgentName, Control
@@ -25,8 +26,6 @@ CHANGING: tuple[type, ...] = (
 )  # fmt: skip
 """Commands of which a session keeps something, or on which the effect of another depends."""
 _KINDS = {kind.__name__: kind for kind in CHANGING}
-BEGUN, DONE, FAILED = "begun", "done", "failed"
-"""Kinds of entries: a command without one of the other two behind it was interrupted."""
 
 
 def carry_out(desk: Desk, command: Any, author: str) -> None:
@@ -44,9 +43,10 @@ def carry_out(desk: Desk, command: Any, author: str) -> None:
     session.record(BEGUN, author, {"command": _told(desk, command), **_mark(desk)})
     try:
         desk.handle(command)
-    except StudioError as error:
-        session.use_answers() if not isinstance(error, Cancelled) else None
-        kind = type(error).__name__
+    except (StudioError, KeyboardInterrupt) as error:
+        ended = isinstance(error, (Cancelled, KeyboardInterrupt))
+        session.use_answers() if not ended else None
+        kind = CANCELLED if ended else type(error).__name__
         session.record(FAILED, author, {"why": str(error)[:500], "kind": kind, **_mark(desk)})
         raise
     session.record(DONE, author, _mark(desk))
@@ -80,12 +80,6 @@ def _mark(desk: Desk) -> dict[str, Any]:
     return {"program": desk.program.hash, "head": desk.state.head, "made": made}
 
 
-def interrupted(session: Session) -> str:
-    """The command that an end of the process has cut short, in a word; "" where none was."""
-    last = session.last_of((BEGUN, DONE, FAILED))
-    return str(last[1]["command"]["kind"]) if last is not None and last[0] == BEGUN else ""
-
-
 def replay(
     source: Session,
     store: Store,
@@ -106,7 +100,7 @@ def replay(
             told = log[at][1]["command"]
             after = next((p for k, p in log[at + 1 :] if k in (BEGUN, DONE, FAILED)), None)
             whole = after is not None and "command" not in after
-            if after is None or not whole or after.get("kind") == "Cancelled":
+            if after is None or not whole or after.get("kind") == CANCELLED:
                 tell(f"{told['kind']} was cut short here; nothing after it can be compared")
                 return
             try:

@@ -18,11 +18,12 @@ from physagent_studio.reconstruction.grounding.proposals import Proposed
 from physagent_studio.records import Case, Image, LoopState
 from physagent_studio.session import Session, Store
 from physagent_studio.session.session import MESH_SUFFIX
+from physagent_studio.session.standing import interrupted
 from physagent_studio.workbench import commands, tasks
 from physagent_studio.workbench.boundary import guarded
 from physagent_studio.workbench.desk import RUNNING, Desk
 from physagent_studio.workbench.engine import AgentName, Control
-from physagent_studio.workbench.journal import CHANGING, carry_out, interrupted
+from physagent_studio.workbench.journal import CHANGING, carry_out
 from physagent_studio.workbench.naming import case_in_words, with_proposals
 from physagent_studio.workbench.rendering import render_rollout, write_file
 from physagent_studio.workbench.snapshot import Attempt, Notice, Snapshot

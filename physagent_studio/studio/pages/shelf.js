@@ -3,7 +3,7 @@
 import { button, h, iconButton, say } from "./dom.js";
 import { send, value } from "./wire.js";
 
-const OUTCOME = { realised: ["ok", "happens"], budget: ["warn", "rounds used up"], stopped: ["", "stopped"], stuck: ["warn", "stuck"], running: ["", "open"] };
+const OUTCOME = { realised: ["ok", "happens"], budget: ["warn", "rounds used up"], stopped: ["", "stopped"], stuck: ["warn", "stuck"], cancelled: ["warn", "cancelled"], interrupted: ["warn", "interrupted"] };
 const MANY = 8; // more sessions than these get a field to find one
 const FIRST = 6; // sessions shown at first, so that the examples are not far
 

@@ -333,6 +333,8 @@ def sessions(as_json: Json = False, workspace: Workspace = None) -> None:
     store = Store(workspace)
     if store.root.exists() and not store.root.is_dir():
         raise InputError(f"{store.root} is a file; a workspace is a folder")
+    if workspace is not None and not store.root.exists():
+        raise InputError(f"the workspace {store.root} does not exist; --workspace takes a folder")
     output.print_sessions(store.list(), as_json)
 
 

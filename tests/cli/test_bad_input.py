@@ -112,6 +112,19 @@ def test_an_unwritable_workspace(tmp_path: Path) -> None:
     one_sentence(result, "blocked", "cannot be written")
 
 
+def test_a_workspace_that_is_not_there_is_no_empty_one(tmp_path: Path) -> None:
+    wrong, empty = tmp_path / "wrong", tmp_path / "empty"
+    result = physagent("sessions", "--workspace", str(wrong), home=tmp_path)
+    one_sentence(result, str(wrong), "does not exist")
+    assert not wrong.exists()
+    empty.mkdir()
+    for words in (("--workspace", str(empty)), ()):
+        # Nobody has to make the default one before there is a session to put in.
+        result = physagent("sessions", *words, home=tmp_path / "not_yet")
+        assert (result.returncode, result.stderr) == (0, "")
+        assert "no sessions yet" in result.stdout
+
+
 def test_broken_lessons(tmp_path: Path) -> None:
     folder, lessons = case_folder(tmp_path / "case"), tmp_path / "lessons.yaml"
     wanted = ("run", str(folder), "--event", "falls", "--lessons", str(lessons))

@@ -78,7 +78,7 @@ def _with_mark(said: Grounding, word: str, place: str) -> Grounding:
         if len(numbers) == 4:
             if said.box is not None:
                 raise InputError(f'--object "{word}" is a second box for one thing; it takes one')
-            return Grounding(points=said.points, box=_corners(numbers))
+            return Grounding(points=said.points, box=_corners(word, numbers))
         x, y, label = numbers if len(numbers) == 3 else (*numbers, 1.0)
         click = Click.model_validate({"x": x, "y": y, "label": int(label)})
         if label != click.label:
@@ -88,12 +88,17 @@ def _with_mark(said: Grounding, word: str, place: str) -> Grounding:
     return Grounding(points=(*said.points, click), box=said.box)
 
 
-def _corners(numbers: list[float]) -> tuple[float, float, float, float]:
+def _corners(word: str, numbers: list[float]) -> tuple[float, float, float, float]:
     """A box from any two opposite corners: left, top, right, bottom, pixels."""
+    if not all(math.isfinite(one) for one in numbers):
+        raise ValueError(numbers)
     left, right = sorted(numbers[::2])
     top, bottom = sorted(numbers[1::2])
-    if not all(math.isfinite(one) for one in numbers) or left == right or top == bottom:
-        raise ValueError(numbers)
+    if left == right or top == bottom:
+        raise InputError(
+            f'--object "{word}" is an empty box, {right - left:g} px wide and {bottom - top:g} px'
+            " high; its two corners must differ in x and in y"
+        )
     return left, top, right, bottom
 
 

@@ -26,7 +26,7 @@ def test_a_box_and_a_click_of_one_thing() -> None:
     "word",
     [
         *("@1,2", " ", "mug@", "mug@1", "mug@1,2,3,4,5", "mug@1,2,2", "mug@1,2,0.5", "mug@a,b"),
-        *("mug@1,2,1,9", "mug@1,2,nan,9", "mug@inf,2", "mug@1,2,inf", "mug@1,,2"),
+        *("mug@1,2,nan,9", "mug@inf,2", "mug@1,2,inf", "mug@1,,2"),
     ],
 )
 def test_anything_else_says_what_is_allowed(word: str) -> None:
@@ -37,3 +37,12 @@ def test_anything_else_says_what_is_allowed(word: str) -> None:
 def test_one_box_for_one_thing() -> None:
     with pytest.raises(InputError, match="second box"):
         parse_objects(("mug@1,2,8,9", "mug@2,2,8,9"))
+
+
+@pytest.mark.parametrize(
+    ("word", "size"),
+    [("mug@1,2,1,9", "0 px wide and 7 px high"), ("mug@3,2,1,2", "2 px wide and 0 px high")],
+)
+def test_an_empty_box_is_called_so(word: str, size: str) -> None:
+    with pytest.raises(InputError, match=f"{word}.* is an empty box, {size}"):
+        parse_objects((word,))

@@ -10,7 +10,7 @@ from typing import Any
 
 from physagent_studio.cli.output import progress_control
 from physagent_studio.errors import InputError
-from physagent_studio.exchange import BUNDLES, Prior
+from physagent_studio.exchange import BUNDLES, Prior, check_bundles
 from physagent_studio.exchange.generators import ComfyUI, Composite, Diffusers, VideoGenerator
 from physagent_studio.records.clip_look import AS_DRAWN, ClipLook
 from physagent_studio.session import Store
@@ -51,6 +51,7 @@ def export_session(
             f"--also {(unknown or list(bundles))[0]}: a motion prior, which is a folder, can also "
             f"be {', '.join(BUNDLES)}"
         )
+    check_bundles(bundles)
     with _showing(session_id, round_id, workspace) as desk:
         if not page:
             return [f"wrote {out}", *export_rollout(desk, out, bundles)]

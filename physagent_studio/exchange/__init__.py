@@ -6,6 +6,12 @@ from physagent_studio.exchange.case_folder import case_from_image, load_case
 from physagent_studio.exchange.lessons import read_lessons, write_lessons
 from physagent_studio.exchange.peer_config import PeerSetup, is_peer_config, load_peer_config
 from physagent_studio.exchange.peers.reading import load_peer
-from physagent_studio.exchange.prior import BUNDLES, Prior, export_motion_prior, write_bundles
+from physagent_studio.exchange.prior import (
+    BUNDLES,
+    Prior,
+    check_bundles,
+    export_motion_prior,
+    write_bundles,
+)
 from physagent_studio.exchange.replay import Replay, ReplayCheck, ReplayRound, replay_html
 from physagent_studio.exchange.video import write_video

@@ -20,14 +20,18 @@ def write_csv(columns: Mapping[str, Sequence[Any]], path: Path) -> None:
         rows.writerows(zip(*columns.values(), strict=True))
 
 
-def write_parquet(columns: Mapping[str, Any], path: Path) -> None:
-    """Columns, arrays among them. Raises BackendMissing without pyarrow."""
+def parquet_packages() -> tuple[Any, Any]:
+    """pyarrow and what it has for Parquet, else BackendMissing."""
     try:
-        arrow: Any = importlib.import_module("pyarrow")
-        files: Any = importlib.import_module("pyarrow.parquet")
+        return importlib.import_module("pyarrow"), importlib.import_module("pyarrow.parquet")
     except ImportError as error:
         raise BackendMissing(
             "Parquet needs pyarrow: `pip install 'physagent-studio[tables]'`; CSV holds the same"
         ) from error
+
+
+def write_parquet(columns: Mapping[str, Any], path: Path) -> None:
+    """Columns, arrays among them. Raises BackendMissing without pyarrow."""
+    arrow, files = parquet_packages()
     with written(path) as partial:
         files.write_table(arrow.table(dict(columns)), partial)

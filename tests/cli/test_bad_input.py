@@ -11,10 +11,10 @@ import cv2
 import numpy as np
 import pytest
 
-from physagent_studio.cli.clips import render_session
+from physagent_studio.cli.clips import export_session, render_session
 from physagent_studio.cli.programs import reconstruct_case
 from physagent_studio.cli.run import RunRequest, run_loop
-from physagent_studio.errors import InputError
+from physagent_studio.errors import BackendMissing, InputError
 
 CASE = """
 image: {image}
@@ -166,6 +166,20 @@ def test_what_reconstruct_render_and_run_need_is_said_before_the_work(tmp_path: 
     wanted = RunRequest(str(folder), None, "", (), 1, "auto", (), False, "rules")
     with pytest.raises(InputError, match="has no event; write what shall happen into its case"):
         run_loop(wanted, tmp_path / "home", as_json=True)
+
+
+@pytest.mark.parametrize(
+    ("kind", "package", "said"),
+    [("rerun", "rerun", r"\[rerun\]"), ("parquet", "pyarrow", r"\[tables\]")],
+)
+def test_a_package_that_export_needs_is_asked_for_before_anything_is_written(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kind: str, package: str, said: str
+) -> None:
+    monkeypatch.setitem(sys.modules, package, None)
+    with pytest.raises(BackendMissing, match=said):
+        # Not even the session, of which there is none, is looked for before.
+        export_session("nosession", None, tmp_path / "prior", tmp_path, ["csv", kind])
+    assert not list(tmp_path.iterdir())
 
 
 UNEXPECTED = """

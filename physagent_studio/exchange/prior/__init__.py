@@ -6,6 +6,6 @@ Rerun, the folder of RealWonder's and PhysAgent's generators, inputs of Wan VACE
 Go-with-the-Flow.
 """
 
-from physagent_studio.exchange.prior.bundles import BUNDLES, write_bundles
+from physagent_studio.exchange.prior.bundles import BUNDLES, check_bundles, write_bundles
 from physagent_studio.exchange.prior.export import export_motion_prior
 from physagent_studio.exchange.prior.folder import Prior

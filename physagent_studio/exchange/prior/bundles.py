@@ -24,9 +24,9 @@ from physagent_studio.exchange.prior.generators import (
     wan_vace,
 )
 from physagent_studio.exchange.prior.peer_config import peer_config
-from physagent_studio.exchange.prior.rerun import rerun
+from physagent_studio.exchange.prior.rerun import rerun, rerun_package
 from physagent_studio.exchange.prior.stretches import Sink
-from physagent_studio.exchange.tables import write_csv, write_parquet
+from physagent_studio.exchange.tables import parquet_packages, write_csv, write_parquet
 from physagent_studio.program.text.document import load_program
 from physagent_studio.rendering import Flow
 
@@ -117,9 +117,7 @@ def write_bundles(
         BackendMissing: a bundle needs a package that is not installed.
         Cancelled: `cancelled` said so; bundles before the one at work stay.
     """
-    unknown = [name for name in names if name not in BUNDLES]
-    if unknown:
-        raise InputError(f"there is no bundle '{unknown[0]}' (known: {', '.join(BUNDLES)})")
+    check_bundles(names)
     prior, said = Prior.open(folder), []
     for name in names:
 
@@ -131,6 +129,16 @@ def write_bundles(
 
         said.append(f"{name}: {_whole(name, replace(prior, reading=reading))}")
     return said
+
+
+def check_bundles(names: Sequence[str]) -> None:
+    """Raises what `write_bundles` would for a name or a package, before anything is done."""
+    unknown = [name for name in names if name not in BUNDLES]
+    if unknown:
+        raise InputError(f"there is no bundle '{unknown[0]}' (known: {', '.join(BUNDLES)})")
+    for name in names:
+        if name in _PACKAGES:
+            _PACKAGES[name]()
 
 
 def _whole(name: str, prior: Prior) -> str:
@@ -229,3 +237,8 @@ BUNDLES: Mapping[str, Bundle] = {
     "go-with-the-flow": go_with_the_flow,
 }
 """What a prior can be rewritten as, by name."""
+_PACKAGES: Mapping[str, Callable[[], object]] = {
+    "parquet": parquet_packages,
+    "rerun": rerun_package,
+}
+"""What some of them need that may not be installed."""

@@ -20,6 +20,16 @@ FRAME, SECONDS = "frame", "seconds"
 _PNG = "image/png"
 
 
+def rerun_package() -> Any:
+    """Rerun's package, else BackendMissing."""
+    try:
+        return importlib.import_module("rerun")
+    except ImportError as error:
+        raise BackendMissing(
+            "a recording for Rerun needs its package: pip install 'physagent-studio[rerun]'"
+        ) from error
+
+
 def rerun(prior: Prior, out: Path) -> str:
     """`clip.rrd`, in metres, z up, with the timelines `frame` and `seconds`.
 
@@ -27,12 +37,7 @@ def rerun(prior: Prior, out: Path) -> str:
     world/contacts: an arrow of a metre for each N·s of a frame. world/camera/picture: the frames,
     with their depth below. Raises BackendMissing without Rerun's package.
     """
-    try:
-        rr: Any = importlib.import_module("rerun")
-    except ImportError as error:
-        raise BackendMissing(
-            "a recording for Rerun needs its package: pip install 'physagent-studio[rerun]'"
-        ) from error
+    rr = rerun_package()
     rollout = prior.rollout()
     # The same clip is the same recording, so that a viewer does not show it twice.
     stream = rr.RecordingStream("physagent", recording_id=str(prior.meta["made_from"]["rollout"]))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from itertools import pairwise, zip_longest
+from itertools import pairwise, takewhile, zip_longest
 
 from physagent_studio.knowledge import kind_of
 from physagent_studio.language.frames import EventFrame, ReadClause, Reading
@@ -19,7 +19,7 @@ from physagent_studio.language.syntax.phrases import NounPhrase
 from physagent_studio.language.syntax.rewriting import UNREAD, rewritten
 from physagent_studio.language.tokens import vocabulary as v
 from physagent_studio.language.tokens.expressions import join_fixed
-from physagent_studio.language.tokens.spelling import corrected
+from physagent_studio.language.tokens.spelling import corrected, is_known
 from physagent_studio.language.tokens.tokens import tokenise
 
 MAX_WORDS = 400
@@ -79,7 +79,10 @@ class _Reader(Meanings):
         if clause.verb.verb == "?":
             self.unknown[clause.verb.word] = None
             self.subject_of(clause)
+            self._report_words(clause)
             return
+        if self._lacks_a_verb(clause):
+            self._report_words(clause)
         frame = self._frame(clause, clause_id)
         if frame is not None:
             self.frames.append(frame)
@@ -250,12 +253,28 @@ class _Reader(Meanings):
         return clause_id
 
     def _report_words(self, clause: RawClause) -> None:
+        """What is in a clause of which no verb is known."""
         for chunk in self.chunks[clause.start : clause.end]:
-            if chunk.kind == "np" and chunk.np is not None and not chunk.np.pronoun:
-                if resolve_objects(chunk.np, self.stock, self.talk) is None:
-                    self.unknown |= dict.fromkeys(chunk.np.nouns or (chunk.np.head,))
-            elif chunk.kind == "gap":
+            phrase = chunk.np
+            if chunk.kind == "gap":
                 self.unknown[chunk.word] = None
+            elif phrase is None or phrase.pronoun:
+                continue
+            elif strange := self._strange(phrase):
+                self.unknown |= dict.fromkeys(strange)
+            elif chunk.kind == "np" and resolve_objects(phrase, self.stock, self.talk) is None:
+                self.unknown |= dict.fromkeys(phrase.nouns or (phrase.head,))
+
+    def _strange(self, phrase: NounPhrase) -> tuple[str, ...]:
+        """ "The ball gribbles": unknown words that were taken for nouns behind a known one."""
+        known = [is_known(word, self.stock.nouns) for word in phrase.nouns]
+        return tuple(word for at, word in enumerate(phrase.nouns) if any(known[:at]) > known[at])
+
+    def _lacks_a_verb(self, clause: RawClause) -> bool:
+        """ "The ball gribbles and falls over": something is told before the "and", but not read."""
+        chunks = self.chunks[clause.start : clause.end]
+        head = [c.kind for c in takewhile(lambda c: c.kind != "verb", chunks) if c.kind != "adv"]
+        return bool(clause.subjects) and head[-1:] == ["and"]
 
 
 def _of_the_rest(clause: RawClause) -> bool:

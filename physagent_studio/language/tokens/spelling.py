@@ -27,7 +27,7 @@ def corrected(tokens: Sequence[Token], nouns: frozenset[str]) -> tuple[Token, ..
 
 def _corrected(token: Token, nouns: frozenset[str]) -> Token:
     word = token.text
-    if len(word) < 3 or not word.isalpha() or _known(word, nouns):
+    if len(word) < 3 or not word.isalpha() or is_known(word, nouns):
         return token
     names = {form for noun in nouns for form in (noun, f"{noun}s")}
     found = [w for w in _everything() | names if _is_slip(word, w)]
@@ -38,7 +38,8 @@ def _corrected(token: Token, nouns: frozenset[str]) -> Token:
     return replace(token, text=min(found, key=len)) if len(meant) == 1 else token
 
 
-def _known(word: str, nouns: frozenset[str]) -> bool:
+def is_known(word: str, nouns: frozenset[str]) -> bool:
+    """Whether the reader knows the word, or it is one of the case's names."""
     return (
         word in _everything()
         or verb_base(word) is not None

@@ -238,6 +238,35 @@ def test_unknown_words_are_listed() -> None:
     assert "zorgle" in reading.not_understood
 
 
+@pytest.mark.parametrize(
+    ("prompt", "unread"),
+    [
+        ("The red ball gribbles.", ("gribbles",)),
+        ("The ball gribbles to the right.", ("gribbles",)),
+        ("The red ball on the table gribbles to the right.", ("gribbles",)),
+        ("The ball gribbles the green cup.", ("gribbles",)),
+        ("The ball will gribble.", ("will", "gribble")),
+        ("The ball gribbles and falls off the table.", ("gribbles",)),
+        ("The cup sings a song.", ("sings", "song")),
+    ],
+)
+def test_an_unknown_verb_is_listed_though_its_subject_is_known(
+    prompt: str, unread: tuple[str, ...]
+) -> None:
+    reading = read(prompt, stock((("ball", 100, 300), *GAME[1:]), "table"))
+    told = read(prompt, stock(GAME, "table"))
+    for found in (reading, told):
+        assert set(unread) <= set(found.not_understood)
+    assert reading.not_understood == unread
+
+
+def test_an_unknown_noun_behind_a_known_one_is_no_verb_where_there_is_one() -> None:
+    pot = (("flower", 100, 300), *GAME)
+    reading = read("The flower pot falls over and the ball rolls to the left.", stock(pot))
+    assert [frame.patient for frame in reading.frames] == [("flower",), ("red_ball",)]
+    assert not reading.not_understood
+
+
 def test_a_wrong_colour_names_nothing() -> None:
     reading = read("The yellow ball rolls to the left.", stock(GAME))
     assert not reading.frames

@@ -13,7 +13,7 @@ from typing import Annotated
 import typer
 from typer.main import get_command
 
-from physagent_studio.cli import output
+from physagent_studio.cli import early, output
 from physagent_studio.cli.comparing import judges
 from physagent_studio.cli.guard import BAD_INPUT, Json, Workspace, guarded, our_fault
 from physagent_studio.cli.models import models
@@ -148,22 +148,12 @@ def run(
     workspace: Workspace = None,
 ) -> None:
     """Run the reflection loop until the event happens or the budget ends."""
-    from physagent_studio.cli.run import RunRequest, run_loop
+    words, played = tuple(objects or ()), tuple(by_hand or ())
+    who = (policy, played, frames, agent)
+    request = early.RunRequest(target, event, prompt, words, rounds, *who, annotation, lessons, yes)
+    early.target_there(target, workspace, "a case folder or an image")
+    from physagent_studio.cli.run import run_loop
 
-    request = RunRequest(
-        target,
-        event,
-        prompt,
-        tuple(objects or ()),
-        rounds,
-        policy,
-        tuple(by_hand or ()),
-        frames,
-        agent,
-        annotation,
-        lessons,
-        yes,
-    )
     raise typer.Exit(run_loop(request, workspace, as_json))
 
 
@@ -176,6 +166,7 @@ def import_(
     out: Annotated[Path, typer.Option(help="Where the program goes, .yaml.")],
 ) -> None:
     """Turn a scene of MuJoCo, or a textured mesh, into a program; what is left out is listed."""
+    early.there(scene, "a scene or a mesh")
     from physagent_studio.cli.programs import import_scene
 
     for line in import_scene(scene, out):
@@ -220,9 +211,12 @@ def simulate(
     as_json: Json = False,
 ) -> None:
     """Run a program once and save its rollout."""
+    from physagent_studio.cli.files import read_program
+
+    parsed = read_program(program)
     from physagent_studio.cli.programs import simulate_program
 
-    raise typer.Exit(simulate_program(program, out, as_json))
+    raise typer.Exit(simulate_program(parsed, program, out, as_json))
 
 
 @app.command(epilog="Example: physagent render SESSION --out clip.mp4")
@@ -247,11 +241,14 @@ def render(
     workspace: Workspace = None,
 ) -> None:
     """Write a session's clip as an H.264 video."""
-    from physagent_studio.cli.clips import render_session, size_of
     from physagent_studio.records.clip_look import ClipLook
 
     way = "letterbox" if letterbox else "crop"
-    look = ClipLook(size_of(size), way, shutter, samples if pbr else None)
+    look = ClipLook(early.size_of(size), way, shutter, samples if pbr else None)
+    early.video_name(out)
+    early.session_there(session, workspace)
+    from physagent_studio.cli.clips import render_session
+
     typer.echo(f"wrote {render_session(session, round_id, out, workspace, look)}")
 
 
@@ -276,6 +273,7 @@ def export(
 
     With a .html file: the session as one page that plays anywhere. With .viser: the moving scene.
     """
+    early.session_there(session, workspace)
     from physagent_studio.cli.clips import export_session
 
     for line in export_session(session, round_id, out, workspace, also or ()):
@@ -305,11 +303,14 @@ def generate(
     seed: Annotated[int, typer.Option(min=0, help="Of its noise, or of the server's.")] = 0,
 ) -> None:
     """Make a video from a motion prior: our own clip, or what Wan VACE or a server makes of it."""
+    early.video_name(out)
+    early.there(prior, "a folder that `physagent export` wrote")
+    within = early.size_of(size)
     from physagent_studio.cli.clips import generate_video
     from physagent_studio.exchange.generators import Diffusers
 
     own = Diffusers(diffusers, fetch, steps, guidance, seed) if diffusers else None
-    typer.echo(f"wrote {generate_video(prior, out, size, endpoint, workflow, own, seed)}")
+    typer.echo(f"wrote {generate_video(prior, out, within, endpoint, workflow, own, seed)}")
 
 
 @app.command(epilog="Example: physagent reconstruct my_case --sheet sheet.png")
@@ -319,6 +320,7 @@ def reconstruct(
     sheet: Annotated[Path, typer.Option(help="Where the contact sheet goes, .png.")],
 ) -> None:
     """Reconstruct a case once and write a contact sheet of every step."""
+    early.there(case, "a case folder")
     from physagent_studio.cli.programs import reconstruct_case
 
     typer.echo(f"wrote {reconstruct_case(case, sheet)}")

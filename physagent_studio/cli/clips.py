@@ -27,8 +27,6 @@ def render_session(
     look: ClipLook = AS_DRAWN,
 ) -> Path:
     """The clip of a round, or of the best one, as a video."""
-    if out.suffix.lower() != ".mp4":
-        raise InputError(f"{out} would be an MP4 video under another name; call it {out.stem}.mp4")
     with _showing(session_id, round_id, workspace) as desk:
         return render_rollout(desk, out, look)
 
@@ -64,7 +62,7 @@ def export_session(
 def generate_video(
     prior: Path,
     out: Path,
-    size: str = "",
+    size: tuple[int, int] | None = None,
     endpoint: str = "",
     workflow: Path | None = None,
     own: Diffusers | None = None,
@@ -74,8 +72,6 @@ def generate_video(
 
     own: the model here. seed: of the server's.
     """
-    if out.suffix.lower() != ".mp4":
-        raise InputError(f"{out} would be an MP4 video under another name; call it {out.stem}.mp4")
     found = Prior.open(prior)
     made: VideoGenerator
     if endpoint and own is not None:
@@ -87,7 +83,7 @@ def generate_video(
             raise InputError("--endpoint goes with --workflow, a workflow saved for ComfyUI's API")
         made = ComfyUI(endpoint, _workflow(workflow), seed)
     else:
-        made = Composite(size_of(size))
+        made = Composite(size)
     with progress_control(False) as control:
         return made.generate(found, out, cancelled=control.cancelled, progress=control.progress)
 
@@ -100,16 +96,6 @@ def _workflow(path: Path) -> dict[str, Any]:
     if not isinstance(found, dict):
         raise InputError(f"{path} is no workflow saved for ComfyUI's API: not an object of nodes")
     return found
-
-
-def size_of(word: str) -> tuple[int, int] | None:
-    """Width and height of "832x480"; None of nothing. Raises InputError for anything else."""
-    if not word:
-        return None
-    width, _, height = word.lower().replace("×", "x").partition("x")
-    if not (width.isdecimal() and height.isdecimal()):
-        raise InputError(f"--size {word} is not of the form 832x480")
-    return int(width), int(height)
 
 
 @contextmanager

@@ -9,9 +9,8 @@ import cv2
 import typer
 
 from physagent_studio.cli import output
-from physagent_studio.cli.files import read_program
+from physagent_studio.cli.early import IMAGES
 from physagent_studio.cli.guard import NOT_REALISED
-from physagent_studio.cli.targets import IMAGES
 from physagent_studio.contract import measure
 from physagent_studio.errors import InputError
 from physagent_studio.exchange import load_case
@@ -79,12 +78,11 @@ def _import_mesh(path: Path, out: Path) -> list[str]:
     return [said, f"wrote {out} and, for it, {stored.name}"]
 
 
-def simulate_program(path: Path, out: Path, as_json: bool) -> int:
-    """Runs a program and saves the rollout; the exit code."""
+def simulate_program(program: PhysicalProgram, path: Path, out: Path, as_json: bool) -> int:
+    """Runs the program of a file and saves the rollout; the exit code."""
     from physagent_studio.reconstruction import reconstruct
     from physagent_studio.simulation import simulate
 
-    program = read_program(path)
     forms = {name: unpack_mesh(data) for name, data in forms_beside(path, program).items()}
     scene = reconstruct(bare_case(program, path.stem), program.scene, assets=forms)
     program = program.model_copy(update={"scene": scene.state})

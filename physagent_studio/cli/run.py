@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import time
 from contextlib import closing
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -13,8 +12,9 @@ import typer
 
 from physagent_studio.agent.by_hand import in_order, waits_for
 from physagent_studio.cli import output
+from physagent_studio.cli.early import POLICIES, RunRequest, agent_name, is_session
 from physagent_studio.cli.guard import CANCELLED, KEPT, NOT_REALISED, WAITING, say
-from physagent_studio.cli.targets import agent_name, case_of, is_session
+from physagent_studio.cli.targets import case_of
 from physagent_studio.errors import Cancelled, InputError
 from physagent_studio.exchange import (
     PeerSetup,
@@ -24,7 +24,6 @@ from physagent_studio.exchange import (
 )
 from physagent_studio.jobs import Processes
 from physagent_studio.records import Case, Doubt, LoopState
-from physagent_studio.records.loop_state import ROLES, PolicyName
 from physagent_studio.session import Session, Store
 from physagent_studio.workbench.commands import (
     Advance,
@@ -37,47 +36,9 @@ from physagent_studio.workbench.desk import Desk
 from physagent_studio.workbench.journal import carry_out
 from physagent_studio.workbench.report import asked_about, report_of, save_candidates
 
-_POLICIES: dict[str, PolicyName] = {"auto": "auto", "ask": "ask", "ask_when": "ask_when"}
-
-
-@dataclass(frozen=True, slots=True)
-class RunRequest:
-    """What was asked on the command line."""
-
-    target: str
-    event: str | None
-    prompt: str
-    objects: tuple[str, ...]
-    rounds: int
-    policy: str
-    by_hand: tuple[str, ...]
-    frames: bool | None
-    agent: str
-    annotation: Path | None = None
-    lessons: Path | None = None
-    yes: bool = False
-
-    def check(self) -> None:
-        """Raises `InputError` for a word that is none of those allowed."""
-        if self.policy not in _POLICIES:
-            raise InputError(f"--policy {self.policy} is not known (auto, ask, ask_when)")
-        unknown = [role for role in self.by_hand if role not in ROLES]
-        if unknown:
-            raise InputError(f"--by-hand {unknown[0]} is not known ({', '.join(ROLES)})")
-        agent_name(self.agent)
-
-    @property
-    def draws(self) -> bool:
-        """Whether each round's frames are drawn at once: unless asked, where a model looks at them.
-
-        Numbers are judged without pictures, and the studio draws what a person looks at.
-        """
-        return agent_name(self.agent) == "vlm" if self.frames is None else self.frames
-
 
 def run_loop(request: RunRequest, workspace: Path | None, as_json: bool) -> int:
     """Runs until the loop ends, waits for a person or has to ask; the exit code."""
-    request.check()
     started = time.perf_counter()
     session = peer = None
     try:
@@ -111,7 +72,7 @@ def _carried_out(
     request: RunRequest, session: Session, peer: PeerSetup | None, as_json: bool
 ) -> tuple[Desk, tuple[Doubt, ...]]:
     """The desk after the loop has gone on as far as it can, and what a person is asked about."""
-    policy, agent = _POLICIES[request.policy], agent_name(request.agent)
+    policy, agent = POLICIES[request.policy], agent_name(request.agent)
     # Its processes start when a search turns out to be long; one core goes on here.
     with (
         output.progress_control(as_json) as control,
@@ -137,7 +98,7 @@ def _carried_out(
 
 
 def _session(request: RunRequest, store: Store, case: Case | None = None) -> Session:
-    if is_session(request.target, store):
+    if is_session(request.target):
         return store.open(request.target)
     chosen = case is not None
     if case is None:

@@ -10,8 +10,10 @@ from collections.abc import Callable
 from pathlib import Path
 
 from physagent_studio.assets import assets_dir
+from physagent_studio.cli.early import agent_name, is_session
 from physagent_studio.cli.files import read_program
-from physagent_studio.cli.targets import PROGRAMS, agent_name, case_of, is_session, parse_objects
+from physagent_studio.cli.marks import parse_objects
+from physagent_studio.cli.targets import PROGRAMS, case_of
 from physagent_studio.jobs import Processes
 from physagent_studio.session import Store
 from physagent_studio.studio import photo_desk, serve
@@ -77,7 +79,7 @@ def opening_of(
         if sessions:
             return commands.OpenSession(sessions[0].id)
         return commands.OpenCase(assets_dir() / "demo", event or SHOWN_FIRST)
-    if is_session(target, store):
+    if is_session(target):
         store.open(target).close()
         return commands.OpenSession(target)
     path = Path(target)

@@ -108,7 +108,7 @@ def audit(session_id: Id, as_json: Json = False, workspace: Workspace = None) ->
 @guarded
 def replay(session_id: Id, agent: str = "rules", workspace: Workspace = None) -> None:
     """Do everything again from the audit and compare the bits; exit code 3 where some differ."""
-    from physagent_studio.cli.targets import agent_name
+    from physagent_studio.cli.early import agent_name
     from physagent_studio.session import Store
     from physagent_studio.workbench.journal import replayed
 

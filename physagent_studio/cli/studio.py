@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from physagent_studio.assets import data_folder
+from physagent_studio.cli.early import agent_name, target_there
 from physagent_studio.errors import InputError
 from physagent_studio.studio.access import Access, listening
 
@@ -39,8 +40,10 @@ def run_studio(
 ) -> None:
     """Serves the studio until it is interrupted; on loopback unless another address is given."""
     access = Access.to(host, public, viewers=viewers)
-    _must_be_known(agent)
+    agent_name(agent)
     root = (workspace or data_folder()).expanduser()
+    if target is not None:
+        target_there(target, root)
     _check_writable(root)
     opening = None if target is None else _opening(target, event, prompt, tuple(objects), root)
     with listening(access.host, port) as door:
@@ -59,11 +62,6 @@ def _announce(access: Access, port: int) -> None:
     print(f"studio: {access.link(port)}  (Ctrl+C ends it; everything is kept)", flush=True)
     if access.guarded:
         print(f"to watch only: {access.link(port, 'viewer')}", flush=True)
-
-
-def _must_be_known(agent: str) -> None:
-    if agent not in ("rules", "vlm"):
-        raise InputError(f"--agent {agent} is not known (rules, vlm)")
 
 
 def _opening(

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from physagent_studio.cli.early import session_there, target_there
 from physagent_studio.cli.guard import Workspace, guarded
 from physagent_studio.errors import InputError
 
@@ -54,6 +55,8 @@ def sweep(
         )
     if not grid and not draws:
         raise InputError("nothing is to be moved: give --grid, --random with --seeds, --robustness")
+    for target in targets:
+        target_there(target, workspace)
     with executor_of(executor, workers, address) as pool:
         from physagent_studio.cli.swept import plan_of, swept
 
@@ -71,6 +74,7 @@ def attribute(
     workspace: Workspace = None,
 ) -> None:
     """Which of the changes of an accepted proposal brought the event about."""
+    session_there(session, workspace)
     with executor_of("processes", None, "") as pool:
         from physagent_studio.cli.swept import attributed
 

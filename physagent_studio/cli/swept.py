@@ -6,9 +6,10 @@ import sys
 from contextlib import closing
 from pathlib import Path
 
+from physagent_studio.cli.early import is_session
 from physagent_studio.cli.files import read_program
 from physagent_studio.cli.programs import bare_case
-from physagent_studio.cli.targets import PROGRAMS, case_of, is_session
+from physagent_studio.cli.targets import PROGRAMS, case_of
 from physagent_studio.errors import BackendMissing, InputError
 from physagent_studio.exchange.tables import write_csv, write_parquet
 from physagent_studio.jobs import Executor
@@ -74,7 +75,7 @@ def swept(
 def _target(word: str, event: str | None, sessions: Sessions) -> Target:
     """The program that a word means: a file's, a session's best, the first of a case."""
     path = Path(word)
-    if is_session(word, sessions):
+    if is_session(word):
         with sessions.open(word, writing=False) as session:
             return _of_round(session, _chosen(session, None)[0])
     if path.suffix.lower() in PROGRAMS and path.stem != "case":

@@ -11,9 +11,10 @@ import cv2
 import numpy as np
 import pytest
 
-from physagent_studio.cli.clips import export_session, render_session
+from physagent_studio.cli.clips import export_session
+from physagent_studio.cli.early import RunRequest, video_name
 from physagent_studio.cli.programs import reconstruct_case
-from physagent_studio.cli.run import RunRequest, run_loop
+from physagent_studio.cli.run import run_loop
 from physagent_studio.errors import BackendMissing, InputError
 
 CASE = """
@@ -160,7 +161,7 @@ def test_what_reconstruct_render_and_run_need_is_said_before_the_work(tmp_path: 
         with pytest.raises(InputError, match=r"must be a \.png in a folder that exists"):
             reconstruct_case(tmp_path / "no_case", sheet)
     with pytest.raises(InputError, match=r"another name; call it clip\.mp4"):
-        render_session("nosession", None, tmp_path / "clip.gif", tmp_path)
+        video_name(tmp_path / "clip.gif")
     text = (folder / "case.yaml").read_text()
     (folder / "case.yaml").write_text(text.partition("events:")[0])
     wanted = RunRequest(str(folder), None, "", (), 1, "auto", (), False, "rules")

@@ -8,8 +8,9 @@ from pathlib import Path
 import pytest
 
 from physagent_studio.assets import assets_dir
+from physagent_studio.cli.early import RunRequest
 from physagent_studio.cli.guard import WAITING
-from physagent_studio.cli.run import RunRequest, run_loop
+from physagent_studio.cli.run import run_loop
 from physagent_studio.errors import InputError
 
 REQUEST = RunRequest(

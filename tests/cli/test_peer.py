@@ -9,7 +9,8 @@ from pathlib import Path
 import pytest
 
 from physagent_studio.assets import assets_dir
-from physagent_studio.cli.run import RunRequest, run_loop
+from physagent_studio.cli.early import RunRequest
+from physagent_studio.cli.run import run_loop
 from physagent_studio.errors import InputError
 from physagent_studio.session import Store
 

@@ -9,7 +9,8 @@ from typing import Any
 import pytest
 
 from physagent_studio.assets import assets_dir
-from physagent_studio.cli.run import RunRequest, run_loop
+from physagent_studio.cli.early import RunRequest
+from physagent_studio.cli.run import run_loop
 
 
 def report_of(folder: Path, capsys: pytest.CaptureFixture[str]) -> dict[str, Any]:

@@ -2,7 +2,7 @@
 
 import pytest
 
-from physagent_studio.cli.targets import parse_objects
+from physagent_studio.cli.marks import parse_objects
 from physagent_studio.errors import InputError
 from physagent_studio.program import Click, Grounding
 

@@ -12,7 +12,7 @@ import typer
 
 from physagent_studio.agent.by_hand import in_order, waits_for
 from physagent_studio.cli import output
-from physagent_studio.cli.early import POLICIES, RunRequest, agent_name, is_session
+from physagent_studio.cli.early import IMAGES, POLICIES, RunRequest, agent_name, is_session
 from physagent_studio.cli.guard import CANCELLED, KEPT, NOT_REALISED, WAITING, say
 from physagent_studio.cli.targets import case_of
 from physagent_studio.errors import Cancelled, InputError
@@ -23,6 +23,7 @@ from physagent_studio.exchange import (
     read_lessons,
 )
 from physagent_studio.jobs import Processes
+from physagent_studio.reconstruction import reduction_of
 from physagent_studio.records import Case, Doubt, LoopState
 from physagent_studio.session import Session, Store
 from physagent_studio.workbench.commands import (
@@ -104,6 +105,11 @@ def _session(request: RunRequest, store: Store, case: Case | None = None) -> Ses
     if case is None:
         case = case_of(request.target, request.event, request.prompt, request.objects)
     if request.annotation is not None:
+        if Path(request.target).suffix.lower() in IMAGES and reduction_of(request.target) > 1:
+            raise InputError(
+                f"{request.target} is read at a part of its size, so that the pixels of"
+                " --annotation would be others; save it with at most 12 million pixels"
+            )
         case = annotated(case, request.annotation)
     if request.event is None and not chosen and len(case.events) > 1:
         names = ", ".join(name for name, _ in case.events)

@@ -183,6 +183,17 @@ def test_a_package_that_export_needs_is_asked_for_before_anything_is_written(
     assert not list(tmp_path.iterdir())
 
 
+def test_marks_beside_a_picture_that_is_read_smaller_are_not_taken_for_its_pixels(
+    tmp_path: Path,
+) -> None:
+    picture, marks = tmp_path / "p.jpg", tmp_path / "marks.yaml"
+    cv2.imwrite(str(picture), np.full((3000, 4300, 3), 128, np.uint8))
+    marks.write_text("horizon: 900\n")
+    words = ("The ball falls.", ("ball@2000,1500",), 1, "auto", (), False, "rules", marks)
+    with pytest.raises(InputError, match="at most 12 million pixels"):
+        run_loop(RunRequest(str(picture), None, *words), tmp_path / "home", as_json=True)
+
+
 UNEXPECTED = """
 import sys
 from physagent_studio.cli import files, main

@@ -6,6 +6,7 @@ import hashlib
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import cv2
 import numpy as np
 
 from physagent_studio.errors import InputError
@@ -21,8 +22,9 @@ class PhotoSettings:
 
     max_bytes: int = 64 * 1024 * 1024  # 1e6..1e9: cameras write smaller files
     max_px: int = 24_600_000  # 1e6..1e8: 6048 × 4032 is read in a second and in 300 MB
-    # 1e7..1e9: of a JPEG picture read at a half or a quarter of its size
+    # 1e7..1e9: of a JPEG picture, which is decoded at a half or a quarter of its size
     max_reduced_px: int = 100_000_000
+    kept_px: int = 12_600_000  # 2e6..2e7: larger ones take minutes and gigabytes, and show no more
     max_decoded_bytes: int = 160 * 1024 * 1024  # 1e7..1e9: that the pixels may take
     min_side_px: int = 16  # 4..64: smaller pictures show nothing to reconstruct
     base_s: float = 0.3  # 0.1..5: processor time to decode any picture
@@ -51,9 +53,9 @@ def read_photo(path: Path | str) -> tuple[Image, str]:
 
 
 def read_scaled(path: Path | str) -> tuple[Image, str, int]:
-    """As `read_photo`, but a JPEG picture that is too large is read smaller.
+    """As `read_photo`, but a picture of more than `kept_px` is read smaller.
 
-    The third is how many pixels of the file make one that is read: 1, 2 or 4.
+    The third is how many pixels of the file make one that is read: 1, 2 or, of a JPEG picture, 4.
     """
     path = Path(path)
     data = _bytes(path)
@@ -61,6 +63,9 @@ def read_scaled(path: Path | str) -> tuple[Image, str, int]:
     factor = _factor(header)
     if factor == 1:
         return (*read_photo(path), 1)
+    if header.format != "JPEG":
+        pixels = _shrunk(read_photo(path)[0], factor)
+        return pixels, photo_hash(pixels), factor
     small = replace(header, width=header.width // factor, height=header.height // factor)
     _check(small, path.name)
     pixels = _whole(decoded_within(data, header, path.name, factor), header, path.name, factor)
@@ -75,9 +80,17 @@ def reduction_of(path: Path | str) -> int:
 
 def _factor(header: Header) -> int:
     many = header.width * header.height
-    if header.format != "JPEG" or many > PHOTO.max_reduced_px:
+    if many > (PHOTO.max_reduced_px if header.format == "JPEG" else PHOTO.max_px):
         return 1
-    return next((k for k in REDUCED if many <= PHOTO.max_px * k * k), 1)
+    return next((k for k in REDUCED if many <= PHOTO.kept_px * k * k), 1)
+
+
+def _shrunk(pixels: Image, factor: int) -> Image:
+    """A picture at a part of its size, as large as a JPEG picture is decoded at it."""
+    height, width = (-(-side // factor) for side in pixels.shape[:2])
+    small = cv2.resize(pixels, (width, height), interpolation=cv2.INTER_AREA).astype(np.uint8)
+    small.setflags(write=False)
+    return small
 
 
 def _whole(pixels: Image | None, header: Header, name: str, factor: int = 1) -> Image:

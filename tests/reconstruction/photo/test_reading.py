@@ -11,7 +11,13 @@ import pytest
 from physagent_studio.errors import InputError
 from physagent_studio.exchange import case_from_image
 from physagent_studio.program.scene.state import Click, Grounding
-from physagent_studio.reconstruction.photo.reading import PHOTO, photo_hash, read_photo, read_scaled
+from physagent_studio.reconstruction.photo.reading import (
+    PHOTO,
+    photo_hash,
+    read_photo,
+    read_scaled,
+    reduction_of,
+)
 
 
 def _png(path: Path, width: int, height: int, *, bits: int = 8, color: int = 2, extra: bytes = b""):
@@ -150,6 +156,22 @@ def test_a_jpeg_that_is_too_large_is_read_at_half_its_size(tmp_path):
     )
     (click,) = case.objects[0][1].points
     assert (click.x, click.y) == (2000, 400)
+
+
+@pytest.mark.parametrize(("name", "sides"), [("a.png", (3001, 4501)), ("a.jpg", (3001, 4501))])
+def test_a_large_picture_is_read_at_half_its_size_whatever_its_format(tmp_path, name, sides):
+    assert PHOTO.kept_px < sides[0] * sides[1] < PHOTO.max_px
+    wide = np.zeros((*sides, 3), np.uint8)
+    wide[:, 3000:] = 200
+    cv2.imwrite(str(tmp_path / name), wide)
+    found, digest, factor = read_scaled(tmp_path / name)
+    assert (found.shape, factor) == ((1501, 2251, 3), 2)
+    assert (reduction_of(tmp_path / name), digest) == (2, photo_hash(found))
+    assert found[1000, 1400].max() < 10
+    assert found[1000, 1600].min() > 190
+    assert not found.flags.writeable
+    # Asked for as it is, it is.
+    assert read_photo(tmp_path / name)[0].shape == wide.shape
 
 
 def test_a_picture_of_usual_size_is_read_as_it_is(tmp_path):

@@ -57,6 +57,18 @@ def _hard_enough(hunk: Hunk) -> tuple[Edit, ...]:
     )
 
 
+def test_beside_accept_stands_what_is_changed(two_hunks: Desk) -> None:
+    page, proposal = two_hunks.page, two_hunks.proposal()
+    bar, card = (page.get_by_role("group", name=one) for one in ("Decision", "Proposal"))
+    field = place(proposal.hunks[-1].edits[0].path)
+    expect(bar).to_contain_text(f"{field} its material's → 0.9")
+    card.get_by_role("checkbox").last.uncheck()
+    expect(bar).not_to_contain_text(field)
+    page.locator(".page:not([hidden])").first.evaluate("one => one.scrollTo(0, 0)")
+    bar.get_by_title("Show all of it, and why").click()
+    expect(card.get_by_text("Because")).to_be_in_viewport()
+
+
 def test_accept_only_some_hunks(two_hunks: Desk) -> None:
     page = two_hunks.page
     proposal = two_hunks.proposal()

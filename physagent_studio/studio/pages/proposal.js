@@ -77,7 +77,10 @@ export function makeProposal(show, focus, mark) {
     if (p.id !== proposal) reset(p.id);
     const label = edited() ? "Accept edited" : off.size ? "Accept selected" : "Accept";
     return h("div", { class: sent ? "decide off" : "decide", role: "group", "aria-label": "Decision", "aria-disabled": sent ? "true" : null },
-      h("button", { class: "plain row", type: "button", title: "Show all of it", onclick: lead }, h("span", { class: "title" }, p.gentler ? "A gentler way" : p.hunks.length ? "Proposed repair" : "The planner is stuck"), h("span", { class: "muted" }, brief(p))),
+      h("button", { class: "plain row", type: "button", title: "Show all of it, and why", onclick: lead },
+        h("span", { class: "title" }, p.gentler ? "A gentler way" : p.hunks.length ? "Proposed repair" : "The planner is stuck"), p.hunks.length ? h("span", { class: "why" }, "Why?") : null,
+        p.hunks.length ? h("span", { class: "in-short" }, inShort(lines(p), 2)) : null,
+        h("span", { class: "muted" }, brief(p))),
       draft ? h("div", { class: "strip warn" }, "You have edits of your own. Deciding here leaves them behind; undo brings them back.") : null,
       sent ? h("div", { class: "strip", role: "status" }, `${p.gentler && sent === "skip" ? "Kept as it is" : DONE[sent]}; what follows is worked out…`) : null,
       // Keyed, so that a click on one of them never ends on what another becomes.
@@ -94,6 +97,12 @@ export function makeProposal(show, focus, mark) {
         button("Stop", () => send({ do: "decide", kind: "stop", proposal: p.id }), { class: "b quiet", title: "End here, keep the best round" })),
       form(p));
   }
+
+  // What is taken of it, a line each; what has no row of its own is said by its summary.
+  const lines = (p) => taken(p).flatMap((hunk) => !hunk.rows.length ? [{ what: hunk.summary }] : hunk.rows.map((row, at) => {
+    const own = values.get(`${hunk.id}/${at}`);
+    return own === undefined ? row : { ...row, after: shownAs(row, own) };
+  }));
 
   function brief(p) {
     if (p.preview?.problem) return p.preview.problem;
@@ -149,7 +158,7 @@ export function makeProposal(show, focus, mark) {
     return h("div", { class: "change", key },
       h("span", { class: "clip", title: change.what }, change.what),
       h("span", { class: "row", style: "gap:4px" },
-        change.op === "set" && (mode !== "edit" || change.fixed) ? [change.value === null && change.before.length > 20 ? null : change.before ? [h("span", { class: "was num" }, change.before), "→"] : null, h("span", { class: "now num" }, values.has(key) ? compact(change.scale ? now * change.scale : now) : change.after), h("span", { class: "faint" }, change.unit)] : change.op === "set" ? h("span", { class: "faint num" }, `was ${change.before} ${change.unit}`) : h("span", { class: "now clip" }, change.after),
+        change.op === "set" && (mode !== "edit" || change.fixed) ? [change.value === null && change.before.length > 20 ? null : change.before ? [h("span", { class: "was num" }, change.before), "→"] : null, h("span", { class: "now num" }, values.has(key) ? shownAs(change, now) : change.after), h("span", { class: "faint" }, change.unit)] : change.op === "set" ? h("span", { class: "faint num" }, `was ${change.before} ${change.unit}`) : h("span", { class: "now clip" }, change.after),
         change.op === "set" ? iconButton("pin", "Pin: never change this", () => send({ do: "pin", path: change.path, on: !pinned.includes(change.path) }), { "aria-pressed": String(pinned.includes(change.path)), style: "width:20px;height:20px" }) : null),
       mode === "edit" && change.op === "set" && !change.fixed ? h("div", { class: "nums" }, numbers(now, [], (next) => { values.set(key, next); show(); }, change)) : null);
   }
@@ -221,4 +230,10 @@ export function makeProposal(show, focus, mark) {
   return { bar, card, close, forget: () => reset(null) };
 }
 
+// "push ball · strength 1.12 → 0.94 m/s; and 2 more": so many changes, and how many more there are.
+export const inShort = (rows, most) => [
+  rows.slice(0, most).map((one, at) => [at ? "; " : "", one.what, one.before ? [" ", h("span", { class: "was num" }, one.before), " → "] : " ", h("span", { class: "now num" }, `${one.after || ""} ${one.unit || ""}`.trim())]),
+  rows.length > most ? `; and ${rows.length - most} more` : ""];
+
+const shownAs = (row, value) => compact(row.scale ? value * row.scale : value);
 const compact = (value) => (typeof value === "number" ? String(Number(value.toPrecision(4))) : Array.isArray(value) ? `(${value.map(compact).join(", ")})` : value && typeof value === "object" ? Object.entries(value).filter(([, part]) => part !== null).map(([name, part]) => `${name} ${compact(part)}`).join(", ") : String(value));

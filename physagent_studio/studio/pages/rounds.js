@@ -5,7 +5,7 @@ import { makeByHand } from "./by_hand.js";
 import { button, draw, h, icon, say } from "./dom.js";
 import { cameras, credit, makeSliders, sturdiness } from "./result.js";
 import { moment } from "./time.js";
-import { makeProposal } from "./proposal.js";
+import { inShort, makeProposal } from "./proposal.js";
 import { makeStrip } from "./strip.js";
 import { on, scrub, send, value } from "./wire.js";
 
@@ -170,7 +170,7 @@ export function startRounds(host, dock, { showRounds, showPlots, showPhoto }) {
   // What this round has other than the one before it.
   function changes(shown) {
     if (!shown.changes.length) return null;
-    return h("p", { class: "muted changes", key: `changes-${shown.id}` }, h("b", {}, "Changed: "), shown.changes.slice(0, 3).map((one, at) => [at ? "; " : "", one.what, one.before ? [" ", h("span", { class: "was num" }, one.before), " → "] : " ", h("span", { class: "now num" }, `${one.after || ""} ${one.unit || ""}`.trim())]), shown.changes.length > 3 ? `; and ${say(shown.changes.length - 3, "more", "more")}` : "");
+    return h("p", { class: "muted changes", key: `changes-${shown.id}` }, h("b", {}, "Changed: "), inShort(shown.changes, 3));
   }
 
   function why(shown) {

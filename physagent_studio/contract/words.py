@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable
 from typing import Any
 
@@ -86,13 +87,14 @@ def window_text(statement: Statement, program: PhysicalProgram) -> str:
 def _composite(statement: Any, program: PhysicalProgram) -> str:
     by_id = {one.id: one for one in program.contract.statements}
 
-    def words(name: str) -> str:
+    def words(name: str, alone: bool = False) -> str:
         other = by_id.get(name)
         if other is None:
             return f"“{name}”"
         if other.kind in COMPOSITES:
             # A composite cannot hold itself: validation sees to it.
-            return f"({_composite(other, program)})"
+            inner = _composite(other, program)
+            return inner if alone else f"({inner})"
         return claim(other, program)
 
     if statement.kind == "before":
@@ -108,8 +110,28 @@ def _composite(statement: Any, program: PhysicalProgram) -> str:
         within = number(statement.within, "s")
         text = f"{' and '.join(map(words, statement.of))}, all within {within}"
     else:
-        text = (" and " if statement.kind == "all_of" else " or ").join(map(words, statement.of))
+        alone = len(statement.of) == 1
+        joint = " and " if statement.kind == "all_of" else " or "
+        text = _joined([words(name, alone) for name in statement.of], joint)
     return f"not so: {text}" if statement.negated else text
+
+
+def _joined(claims: list[str], joint: str) -> str:
+    """Claims side by side, words that all begin or end with said once: "ball touches a or b"."""
+    told = [claim.split() for claim in claims]
+    if len(claims) < 2 or any(claim.startswith("(") or " not " in claim for claim in claims):
+        return joint.join(claims)
+    first, last = _shared(told), _shared([words[::-1] for words in told])
+    own = [" ".join(words[first : len(words) - last]) for words in told]
+    if not all(own) or not first + last:
+        return joint.join(claims)
+    return " ".join([*told[0][:first], joint.join(own), *told[0][len(told[0]) - last :]])
+
+
+def _shared(told: list[list[str]]) -> int:
+    """How many words all of them begin with."""
+    same = (len(set(words)) == 1 for words in zip(*told, strict=False))
+    return sum(itertools.takewhile(bool, same))
 
 
 def _how_many(statement: Any) -> str:

@@ -140,8 +140,13 @@ class Contract(Frozen):
         return tuple(clause for clause in self.clauses if clause.id not in tested)
 
 
-def _timed(statement: Statement) -> tuple[str, ...]:
-    """What a statement about the order of others speaks of."""
+def spoken_of(statement: Statement) -> tuple[str, ...]:
+    """Ids of the statements that a statement speaks of; none where it is about a thing."""
     if isinstance(statement, Before):
         return (statement.first, statement.second)
-    return statement.of if isinstance(statement, InTurn | Together) else ()
+    return statement.of if isinstance(statement, Composite) else ()
+
+
+def _timed(statement: Statement) -> tuple[str, ...]:
+    """What a statement about the order of others speaks of."""
+    return spoken_of(statement) if isinstance(statement, Before | InTurn | Together) else ()

@@ -187,6 +187,7 @@ def _round_of(desk: Desk, item: Round) -> tuple[ReplayRound, Recording | None]:
                 group=row["group"],
             )
             for row in checklist_of(item.assessment.checks, item.program)
+            if not row["folded"]
         ),
         diagnosis=tuple(speak(one.text) for one in item.assessment.diagnosis),
         proposal=speak(item.proposal.rationale) if item.proposal else "",

@@ -56,6 +56,28 @@ def test_describe_needs_no_rollout(stage):
     ]
 
 
+def test_what_alternatives_share_is_said_once(stage):
+    touches = {"kind": "contacts", "subject": "ball"}
+    program = stage.program(
+        {"id": "can", **touches, "other": "can"},
+        {"id": "cube", **touches, "other": "cube"},
+        {"id": "by_can", "kind": "contacts", "subject": "can", "other": "cube"},
+        {"id": "not_cube", **touches, "other": "cube", "negated": True},
+        {"id": "same_start", "kind": "any_of", "of": ["can", "cube"]},
+        {"id": "same_end", "kind": "any_of", "of": ["cube", "by_can"]},
+        {"id": "denied", "kind": "all_of", "of": ["can", "not_cube"]},
+        {"id": "unlike", "kind": "all_of", "of": ["can", "by_can"]},
+        {"id": "one", "kind": "all_of", "of": ["same_start"]},
+    )
+    assert [describe(one, program) for one in program.contract.statements[4:]] == [
+        "ball touches can or cube",
+        "ball or can touches cube",
+        "ball touches can and ball does not touch cube",
+        "ball touches can and can touches cube",
+        "ball touches can or cube",
+    ]
+
+
 def test_a_bound_on_one_side_is_said_as_one(stage):
     fast, slow, both = (
         {"kind": "speed_between", "subject": "ball", **bounds}

@@ -17,9 +17,9 @@ from physagent_studio.program import (
     SetField,
     apply,
 )
-from physagent_studio.program.contract import Contract
+from physagent_studio.program.contract import AllOf, AnyOf, Before, Contract
 from physagent_studio.program.scene.state import Sphere
-from physagent_studio.program.statements import Contacts
+from physagent_studio.program.statements import Contacts, Topples
 from physagent_studio.program.text.document import load_program
 from physagent_studio.program.timing import retimed
 from physagent_studio.records import Assessment, Check, Decision, LoopState, Proposal, Round
@@ -109,6 +109,34 @@ def test_what_two_clauses_ask_alike_stands_once() -> None:
     assert rows[1]["also"] == []
     assert [check.id for check in demands_of(checks)] == ["s1", "s3"]
     assert [first.id for first, _ in merged(checks)] == ["s1", "s3", "part", "energy"]
+
+
+def test_what_serves_another_demand_is_folded_under_it() -> None:
+    names = ("ball", "block", "cube")
+    objects = tuple(SceneObject(name=name, shape=Sphere(radius=0.1)) for name in names)
+    statements = (
+        Contacts(id="block", subject="ball", other="block"),
+        Contacts(id="cube", subject="ball", other="cube"),
+        AnyOf(id="any", of=("block", "cube")),
+        Topples(id="falls", subject="cube"),
+        Before(id="first", first="any", second="falls"),
+        AllOf(id="all", of=("first",)),
+    )
+    program = PhysicalProgram(
+        scene=SceneState(objects=objects), contract=Contract(statements=statements)
+    )
+    served = program.contract.serving
+    checks = tuple(
+        _check(id=one.id, text=f"{one.id}: yes", ok=True, demanded=one.id not in served)
+        for one in statements
+    )
+    rows = {row["id"]: row for row in checklist_of(checks, program)}
+    assert [name for name, row in rows.items() if not row["folded"]] == ["all"]
+    # What is made of one other alone is not unfolded twice.
+    assert rows["all"]["parts"] == ["any", "falls"]
+    assert rows["any"]["parts"] == ["block", "cube"]
+    assert rows["block"]["parts"] == []
+    assert rows["all"]["text"] == "(ball touches block or cube), before cube topples"
 
 
 @pytest.mark.parametrize(

@@ -15,7 +15,7 @@ const SEEN = [["stays in the picture", "in"], ["leaves the picture", "out"], ["i
 export function makeChecklist(show, focus) {
   let data = null;
   let unfolded = false;
-  const opened = new Set(); // groups that show what holds as well
+  const opened = new Set(); // groups that show what holds as well, and demands whose parts are not shown as they would be
   const folds = () => data.proposal || data.checks.some((c) => c.seen);
   let adding = false;
   // What is chosen is kept here: the page may be drawn anew between two choices.
@@ -63,7 +63,7 @@ export function makeChecklist(show, focus) {
 
   function checklist() {
     if (!data.checks.length) return data.names ? demand() : null;
-    const contract = data.checks.filter((c) => c.group === "demand");
+    const contract = data.checks.filter((c) => c.group === "demand" && !c.folded);
     // While there is something to decide, what holds is folded away, so that the proposal is near;
     // so is what holds in the reconstruction, which is not what the sentence speaks of.
     const holds = contract.filter((c) => c.ok || (c.seen && c.part));
@@ -97,7 +97,7 @@ export function makeChecklist(show, focus) {
 
   function check(c, at, all) {
     const jump = !c.frame ? null : h("button", { class: "link num", type: "button", title: "Show this moment", onclick: () => scrub(c.frame) }, moment(c.frame));
-    const first = c.clause && (!at || all[at - 1].clause !== c.clause);
+    const first = c.clause && !c.folded && (!at || all[at - 1].clause !== c.clause);
     return [first ? h("div", { class: "clause", key: `clause-${c.id}` }, `“${c.clause}”`) : null,
       h("div", { class: c.part ? "check part" : "check", role: "listitem", key: c.id, title: !c.part ? "" : c.seen ? "Measured, but it decides nothing by itself" : "Serves another demand and is not counted by itself" },
         h("span", { class: `dot ${c.ok ? "ok" : c.part ? "" : "bad"}`, title: c.ok ? "holds" : "does not hold" }, c.ok ? "✓" : c.part ? "–" : "✕"),
@@ -105,7 +105,18 @@ export function makeChecklist(show, focus) {
         c.also?.length ? h("span", { class: "fig" }, "also for ", c.also.map((one) => `“${one}”`).join(", ")) : null,
         h("span", { class: "fig num" },
           c.measured ? h("span", {}, c.measured) : null, jump,
-          c.predicted && c.predicted.ok !== c.ok ? h("span", { class: c.predicted.ok ? "chip ok" : "chip bad", title: c.predicted.measured }, `${data.proposal?.gentler ? "more gently" : "with the repair"}: ${c.predicted.ok ? "holds" : "fails"}`) : null))];
+          c.predicted && c.predicted.ok !== c.ok ? h("span", { class: c.predicted.ok ? "chip ok" : "chip bad", title: c.predicted.measured }, `${data.proposal?.gentler ? "more gently" : "with the repair"}: ${c.predicted.ok ? "holds" : "fails"}`) : null),
+        c.parts?.length ? parts(c) : null)];
+  }
+
+  // What a demand is made of, folded under it; where it fails, it is open.
+  function parts(c) {
+    const all = data.checks.filter((one) => c.parts.includes(one.id)), held = all.filter((one) => one.ok).length;
+    const whole = opened.has(c.id) === c.ok;
+    const toggle = () => { if (!opened.delete(c.id)) opened.add(c.id); show(); };
+    return h("div", { class: "parts" },
+      h("button", { class: "link", type: "button", "aria-expanded": String(whole), onclick: toggle }, whole ? "Hide its parts" : held === all.length ? `Its ${say(held, "part")} ${held === 1 ? "holds" : "hold"}: show` : `${held} of its ${say(all.length, "part")} ${held === 1 ? "holds" : "hold"}: show`),
+      whole ? h("div", { role: "list", "aria-label": `Parts of ${c.text}` }, all.map(check)) : null);
   }
 
   const close = () => { if (!adding) return false; adding = false; if (data) show(); return true; };

@@ -8,7 +8,8 @@ from typing import Any
 
 from physagent_studio.contract import INSTEAD, describe
 from physagent_studio.errors import InputError
-from physagent_studio.program import PhysicalProgram
+from physagent_studio.program import PhysicalProgram, Statement
+from physagent_studio.program.contract import spoken_of
 from physagent_studio.program.text.diff import diff
 from physagent_studio.records import Check, Round
 from physagent_studio.studio.panels.words import AS_WORDS, edit_row, figure, spoken
@@ -42,7 +43,24 @@ def checklist_of(
         also = (clauses.get(one.clause or "", "") for one in others)
         row["also"] = [text for text in dict.fromkeys(also) if text and text != row["clause"]]
         rows.append(row)
+    _folded(rows, program)
     return rows
+
+
+def _folded(rows: list[dict[str, Any]], program: PhysicalProgram) -> None:
+    """Folds what only serves another demand under it: each row names its `parts` by their ids."""
+    stated = {one.id: one for one in program.contract.statements}
+    serving = {row["id"] for row in rows if row["part"]}
+    for row in rows:
+        row["folded"] = row["part"] and row["id"] in stated
+        row["parts"] = [name for name in _parts_of(row["id"], stated) if name in serving]
+
+
+def _parts_of(name: str, stated: dict[str, Statement]) -> tuple[str, ...]:
+    """What a statement speaks of; where that is one other alone, what this one speaks of."""
+    found = spoken_of(stated[name]) if name in stated else ()
+    deeper = _parts_of(found[0], stated) if len(found) == 1 else ()
+    return deeper or found
 
 
 def merged(checks: tuple[Check, ...]) -> list[tuple[Check, tuple[Check, ...]]]:

@@ -156,7 +156,8 @@ def state_of(snapshot: Snapshot, pacing: Pacing | None = None) -> dict[str, Any]
         "marks": [
             {"step": check.step, "ok": check.ok, "text": check.text}
             for check in snapshot.checks
-            if check.step is not None
+            # What only serves another demand need not hold.
+            if check.step is not None and (check.ok or check.demanded)
         ],
         "alarms": []
         if rollout is None

@@ -22,7 +22,16 @@ from physagent_studio.program.scene.state import Sphere
 from physagent_studio.program.statements import Contacts, Topples
 from physagent_studio.program.text.document import load_program
 from physagent_studio.program.timing import retimed
-from physagent_studio.records import Assessment, Check, Decision, LoopState, Proposal, Round
+from physagent_studio.records import (
+    Assessment,
+    Check,
+    Criterion,
+    Decision,
+    LoopState,
+    Proposal,
+    Round,
+)
+from physagent_studio.records.judgement import CRITERIA
 from physagent_studio.session import Store
 from physagent_studio.studio.panels.checklist import _lines as compared_lines
 from physagent_studio.studio.panels.checklist import checklist_of, demands_of, merged, viewed
@@ -36,7 +45,13 @@ from physagent_studio.studio.panels.rounds import (
 from physagent_studio.studio.panels.rounds import (
     _changes as changes_of,
 )
-from physagent_studio.studio.panels.words import edit_row, figure, speaker, without_paths
+from physagent_studio.studio.panels.words import (
+    criterion_row,
+    edit_row,
+    figure,
+    speaker,
+    without_paths,
+)
 from physagent_studio.workbench import Snapshot, Workbench, commands
 
 
@@ -109,6 +124,12 @@ def test_what_two_clauses_ask_alike_stands_once() -> None:
     assert rows[1]["also"] == []
     assert [check.id for check in demands_of(checks)] == ["s1", "s3"]
     assert [first.id for first, _ in merged(checks)] == ["s1", "s3", "part", "energy"]
+
+
+def test_what_an_event_is_judged_by_is_said_in_plain_words() -> None:
+    rows = [criterion_row(Criterion(name=one, ok=False, reason="it slides")) for one in CRITERIA]
+    assert all(row["name"] not in CRITERIA for row in rows)
+    assert rows[-1]["reason"] == "things turn, tip and bend as they should: it slides"
 
 
 def test_what_serves_another_demand_is_folded_under_it() -> None:

@@ -188,7 +188,8 @@ export function startRounds(host, dock, { showRounds, showPlots, showPhoto }) {
         notes.map((one) => h("li", {}, one.text.replace(` ${moment(one.frame)}`, ""), " ", one.frame === null ? null : h("button", { class: "link num", type: "button", onclick: () => scrub(one.frame) }, moment(one.frame)))),
         findings.map((one) => h("li", {}, one.text))),
       clauses.length ? [h("div", { class: "head" }, shown.judge ? `What ${shown.judge} saw` : "Clause by clause"), h("ul", { class: "stack", "aria-label": "Clause by clause" }, clauses.map((one) => h("li", { class: "row top" }, h("span", { class: `dot ${one.ok ? "ok" : "bad"}` }, one.ok ? "✓" : "✕"), h("span", {}, h("b", {}, one.name), one.reason ? h("span", { class: "muted" }, `: ${one.reason}`) : null))))] : null,
-      criteria.length ? h("div", { class: "row wrap", style: "margin-top:8px;gap:4px" }, criteria.map((one) => h("span", { class: `chip ${one.ok ? "ok" : "bad"}`, title: one.reason }, `${one.ok ? "✓" : "✕"} ${one.name}`))) : null);
+      criteria.length ? h("div", { class: "row wrap", style: "margin-top:8px;gap:4px" }, h("span", { class: "muted", style: "font-size:12px", title: "✓ all that is demanded of it holds; ✕ something does not" }, "Judged by"),
+        criteria.map((one) => h("span", { class: `chip ${one.ok ? "ok" : "bad"}`, title: `${one.ok ? "It holds" : "It does not hold"} that ${one.reason}` }, `${one.ok ? "✓" : "✕"} ${one.name}`))) : null);
   }
 
   function comparison(c) {

@@ -22,6 +22,7 @@ from physagent_studio.studio.panels.checklist import (
 from physagent_studio.studio.panels.fields import SPOKEN, fields_of
 from physagent_studio.studio.panels.words import (
     all_spoken,
+    criterion_row,
     edit_row,
     number,
     place,
@@ -261,7 +262,9 @@ def _details(item: Round, snapshot: Snapshot) -> dict[str, Any]:
         "contradiction": "" if assessment is None else assessment.contradiction,
         "clauses": [] if assessment is None else [plain(one) for one in assessment.clauses],
         "strip": strip_of(item),
-        "criteria": [] if assessment is None else [plain(one) for one in assessment.criteria],
+        "criteria": []
+        if assessment is None
+        else [criterion_row(one) for one in assessment.criteria],
         "diagnosis": []
         if assessment is None
         else [

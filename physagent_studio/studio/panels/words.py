@@ -10,7 +10,7 @@ from typing import Any
 from physagent_studio.contract import INSTEAD
 from physagent_studio.errors import EditError
 from physagent_studio.program import AddItem, Edit, PhysicalProgram, RemoveItem, SetField, value_at
-from physagent_studio.records import Check
+from physagent_studio.records import Check, Criterion
 
 UNITS = {
     "velocity": "m/s",
@@ -80,6 +80,20 @@ MASK = ".grounding.candidate"
 SETTLED = ".grounding.settled"
 OPENED = frozenset({"shape", "position", "support", "camera", "horizon", "form"})
 """Fields of the scene that are read off the photo again where they are emptied."""
+
+CRITERIA = {
+    "object trajectory": ("where it goes", "the right things go the right way"),
+    "contact timing": ("what touches when", "the right things touch, in the right order"),
+    "force direction": (
+        "what sets it going",
+        "motion has a cause and the right direction",
+    ),
+    "material response": (
+        "how it turns and gives",
+        "things turn, tip and bend as they should",
+    ),
+}
+"""What an event is judged by: as a person calls it, and what it asks for."""
 
 FACTORS = {"reconstruction": "The scene", "simulation": "The event"}
 
@@ -202,6 +216,13 @@ def all_spoken(data: Any, speak: Callable[[str], str], said: bool = False) -> An
     if isinstance(data, list):
         return [all_spoken(part, speak, said) for part in data]
     return data
+
+
+def criterion_row(one: Criterion) -> dict[str, Any]:
+    """One of the four things by which an event is judged, and why it holds or not."""
+    short_name, about = CRITERIA.get(one.name, (one.name, ""))
+    reason = ": ".join(part for part in (about, one.reason) if part)
+    return {"name": short_name, "ok": one.ok, "reason": reason}
 
 
 def edit_row(edit: Edit, program: PhysicalProgram) -> dict[str, Any]:

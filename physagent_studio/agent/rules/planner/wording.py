@@ -149,13 +149,21 @@ def rationale_of(situation: Situation, start: Candidate, best: Candidate) -> str
     left = best.score.failing
     was = start.score.failing
     if best.score.holds:
-        outcome = "then everything that is demanded holds"
+        outcome = "everything that is demanded holds"
     elif left < was:
-        outcome = f"then {left} instead of {was} checks fail"
+        outcome = f"{left} instead of {was} checks fail"
     else:
-        outcome = f"then the {was} failing checks miss by {best.score.shortfall:.2g} instead of "
+        outcome = f"the {was} failing checks miss by {best.score.shortfall:.2g} instead of "
         outcome += f"{start.score.shortfall:.2g}"
-    return f"Because {why}: {change}; {outcome}."
+    reached = _reached(diagnosis[0].check, best) if diagnosis else ""
+    return f"Because {why}: {change}; then {f'{reached}, and ' if reached else ''}{outcome}."
+
+
+def _reached(check: str, best: Candidate) -> str:
+    """What the trial measured for a check that failed, "ball turns 95°"; "" for no figure."""
+    text = next((one.text for one in best.checks if one.id == check), "").partition(": ")[0]
+    bound = BOUND.search(text)
+    return text[: bound.start()] if bound else ""
 
 
 def _said_of(mismatch: str) -> str:

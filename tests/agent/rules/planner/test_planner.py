@@ -12,6 +12,8 @@ from physagent_studio.agent.roles import Situation, Trial
 from physagent_studio.agent.rules import RuleGenerator, RulePlanner, RuleVerifier
 from physagent_studio.agent.rules.planner.parameters import RANGE, material_knobs
 from physagent_studio.agent.rules.planner.repairs import structural
+from physagent_studio.agent.rules.planner.trials import Candidate, score_of
+from physagent_studio.agent.rules.planner.wording import rationale_of
 from physagent_studio.contract import measure
 from physagent_studio.program import Directed, PhysicalProgram, SetField, apply, value_at
 from physagent_studio.program.edits import AddItem, RemoveItem
@@ -97,6 +99,21 @@ def test_a_miss_is_repaired_by_aiming() -> None:
     assert not outcome(situation, proposal)
     assert proposal.simulations <= 40
     assert "sideways angle" in proposal.rationale
+
+
+def test_it_is_said_what_the_trial_brings() -> None:
+    situation = situation_of("lane", "The bowling ball rolls quickly toward the middle pin.", weak)
+    worst = situation.assessment.diagnosis[0]
+    checks = {check.id: check for check in situation.try_out(situation.program).checks}
+    assert " ≥ " in checks[worst.check].text
+    faster = (SetField(path=SPEED, value=3.0),)
+    tried = situation.try_out(apply(situation.program, faster)).checks
+    start, best = (
+        Candidate(situation.program, edits, score_of(found), found)
+        for edits, found in (((), tuple(checks.values())), (faster, tried))
+    )
+    now = next(check.text for check in tried if check.id == worst.check).partition(" ≥ ")[0]
+    assert f"; then {now}, and " in rationale_of(situation, start, best)
 
 
 def test_too_slow_is_repaired_by_speed() -> None:

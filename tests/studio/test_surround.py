@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from physagent_studio.program import Camera, PhysicalProgram, SceneState
-from physagent_studio.studio.scene.cameras import Cameras
+from physagent_studio.studio.scene.cameras import Cameras, add_backdrop
 from physagent_studio.studio.scene.surround import beyond_of, seen_of
 
 SIZE = (320, 200)
@@ -70,7 +70,10 @@ class _Browser:
 
     def __init__(self) -> None:
         self.nodes: list[_Node] = []
-        self.scene = SimpleNamespace(add_glb=self._added, add_image=self._added)
+        # The lines around the picture come and go with it.
+        self.scene = SimpleNamespace(
+            add_glb=self._added, add_image=self._added, add_line_segments=lambda *_, **__: None
+        )
         self.camera = SimpleNamespace(image_width=640, image_height=480)
 
     def _added(self, name: str, *_: Any, **__: Any) -> _Node:
@@ -85,6 +88,24 @@ class _Browser:
 
     def seen(self) -> list[str]:
         return [one.name for one in self.nodes if one.there and one.visible]
+
+
+def test_a_frame_stands_where_the_photo_ends(camera: Camera) -> None:
+    drawn: dict[str, Any] = {}
+
+    def added(name: str, points: Any, *_: Any, **more: Any) -> None:
+        drawn[name] = (points, more)
+
+    scene = SimpleNamespace(add_image=added, add_line_segments=added)
+    add_backdrop(cast("Any", scene), PhysicalProgram(), camera, _image())
+    position = drawn["/backdrop"][1]["position"]
+    width, rows = camera.size
+    for name in ("/backdrop/dark", "/backdrop/light"):
+        ends = drawn[name][0].reshape(-1, 3) @ camera.matrix.T + position
+        pixels, depth = camera.project(ends)
+        assert (depth < np.linalg.norm(position - np.array(camera.position))).all()
+        corners = {(round(x, 3), round(y, 3)) for x, y in pixels}
+        assert corners == {(0, 0), (width, 0), (width, rows), (0, rows)}
 
 
 def test_the_picture_around_is_there_first_and_stays_while_the_view_turns(camera: Camera) -> None:

@@ -24,6 +24,9 @@ Files = tuple[bytes, ...]
 ON_ITS_WAY = 10.0
 """Seconds for which a browser's camera may still be where it was before it was moved."""
 
+FRAME = (("dark", (40, 40, 40), 3.5), ("light", (255, 255, 255), 1.5))
+"""Lines around the photo: name, colour, pixels."""
+
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Pose:
@@ -231,16 +234,32 @@ def _added(scene: viser.SceneApi, part: str, files: Files) -> tuple[viser.SceneN
 def add_backdrop(
     scene: viser.SceneApi, program: PhysicalProgram, camera: Camera, image: Image
 ) -> viser.ImageHandle:
-    """The picture far behind everything, exactly where its camera saw it."""
+    """The picture far behind everything, exactly where its camera saw it, with its border drawn."""
     distance = far_of(program, camera)
     width, rows = camera.size
     shift = (np.array([width, rows]) / 2 - camera.principal) / camera.focal
     centre = camera.matrix @ np.array([shift[0], shift[1], 1.0]) * distance + camera.position
-    return scene.add_image(
-        "/backdrop", image, width / camera.focal * distance,
-        rows / camera.focal * distance, jpeg_quality=92, cast_shadow=False,
+    across, down = width / camera.focal * distance, rows / camera.focal * distance
+    photo = scene.add_image(
+        "/backdrop", image, across, down, jpeg_quality=92, cast_shadow=False,
         receive_shadow=False, wxyz=camera.rotation, position=centre,
     )  # fmt: skip
+    _add_frame(scene, across, down, distance)
+    return photo
+
+
+def _add_frame(scene: viser.SceneApi, across: float, down: float, distance: float) -> None:
+    """The border of the backdrop, light on dark: the clip shows what is inside, nothing else."""
+    corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * [across / 2, down / 2]
+    sides = np.stack([corners, np.roll(corners, -1, axis=0)], axis=1)
+    for at, (name, color, pixels) in enumerate(FRAME, 1):
+        # A little nearer than the picture, and smaller by as much, so that it is drawn over it.
+        near = 1e-3 * at
+        depth = np.full((4, 2, 1), -near * distance)
+        scene.add_line_segments(
+            f"/backdrop/{name}", np.concatenate([sides * (1 - near), depth], axis=-1),
+            colors=color, thickness=pixels, thickness_units="screen",
+        )  # fmt: skip
 
 
 def far_of(program: PhysicalProgram, camera: Camera) -> float:

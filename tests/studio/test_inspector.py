@@ -91,6 +91,25 @@ def test_an_action_may_wait_for_something() -> None:
     assert (held["kind"], held["subject"]) == ("moves", "red_ball")
 
 
+@pytest.mark.parametrize(
+    ("path", "value", "said"),
+    [
+        ("velocity", [3, 4, 0], ""),
+        ("velocity", [300, 400, 0], "may give it 500 m/s; up to 12 m/s are usual"),
+        ("velocity", {"magnitude": -99999, "direction": "left"}, "99999 m/s"),
+        ("velocity", {"magnitude": -2, "direction": "left"}, "the other way round"),
+    ],
+)
+def test_what_is_far_from_usual_is_said(path: str, value: Any, said: str) -> None:
+    whole = f"event.actions.go.{path}"
+    program = apply(load_program(PROGRAM), [SetField(path=whole, value=value)])
+    snapshot = Snapshot(revision=1, program=program)
+    form = inspector.state_of(snapshot, View(selection=Selection("action", "go")))
+    where = f"{whole}.magnitude" if isinstance(value, dict) else whole
+    assert set(form["warnings"]) == ({where} if said else set())
+    assert said in form["warnings"].get(where, "")
+
+
 def test_names_and_paths_in_sentences_are_spoken() -> None:
     program = load_program(PROGRAM)
     assert spoken("red_ball hits box at -3.5", program) == "red ball hits box at −3.5"

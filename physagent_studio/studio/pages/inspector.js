@@ -75,8 +75,11 @@ export function startInspector(host) {
     const label = h("label", { class: `label row${wide}`, style: "gap:3px", title: one.label }, h("span", { class: "grow" }, one.label), pin(one));
     if (one.kind === "group" && one.value !== null && one.value !== undefined) return [h("div", { class: "label wide head", style: "margin:6px 0 0" }, one.label), h("div", { class: "sub form" }, one.fields.map(field))];
     if (one.kind === "choice") return choice(one, label);
-    return [label, h("div", { class: wide }, control(one))];
+    return [label, h("div", { class: wide }, control(one)), warning(one.path)];
   }
+
+  // What is allowed, and still far from what is usual.
+  const warning = (path) => (data.warnings?.[path] ? h("p", { class: "wide warn-note", role: "status" }, data.warnings[path]) : null);
 
   function pin(one) {
     if (one.pinned === undefined) return null;
@@ -94,7 +97,7 @@ export function startInspector(host) {
     if (!chosen) return [label, pick];
     const inner = { ...one, ...chosen, label: one.label };
     if (chosen.title === AIMED) return [label, pick, h("div", { class: "sub form" }, directed(one, chosen))];
-    return [label, pick, chosen.kind === "group" ? h("div", { class: "sub form" }, chosen.fields.map(field)) : h("div", { class: "sub" }, control(inner))];
+    return [label, pick, chosen.kind === "group" ? h("div", { class: "sub form" }, chosen.fields.map(field)) : h("div", { class: "sub" }, control(inner)), warning(one.path)];
   }
 
   const AIMS = { toward: "towards", direction: "a direction", along: "the way it moves" };

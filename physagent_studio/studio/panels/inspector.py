@@ -10,8 +10,10 @@ from typing import Any
 
 from pydantic import BaseModel
 
+from physagent_studio.agent.rules.planner.parameters import RANGE, VECTORS
 from physagent_studio.contract import describe
-from physagent_studio.program import MATERIALS, PhysicalProgram
+from physagent_studio.program import MATERIALS, Action, Directed, PhysicalProgram
+from physagent_studio.program.preflight.mechanics import mass_of, speed_gain
 from physagent_studio.program.scene.aloft import carriage_of, in_air
 from physagent_studio.program.timing import PACE
 from physagent_studio.studio.panels.forms import Form, seeds_for
@@ -62,12 +64,36 @@ def state_of(snapshot: Snapshot, view: View) -> dict[str, Any]:
     form = base | _form(item, f"{ROOTS[kind]}.{name}", snapshot, title)
     if kind == "action":
         form["target"] = item.name
+        form["warnings"] = _warnings(item, snapshot.program)
     if kind == "object":
         form["fields"] = [one for one in form["fields"] if one["path"] not in _held_by(name)]
         form["hold"] = _hold(snapshot, name)
         form["facts"] = _facts(snapshot, name, view.step)
         form["actions"] = [a.id for a in snapshot.program.event.actions if a.name == name]
     return form
+
+
+FAR_FROM_USUAL = 3.0
+"""Ratio, 2..10: how many times the speed that things are usually sent off with is pointed out."""
+
+
+def _warnings(action: Action, program: PhysicalProgram) -> dict[str, str]:
+    """By the path of its strength: that an action is far stronger than usual, or turned around."""
+    item, field = program.scene.object(action.name), VECTORS.get(action.operator, "magnitude")
+    vector = getattr(action, field, None)
+    mass = None if item is None else mass_of(item)
+    if vector is None or mass is None:
+        return {}
+    told = []
+    speed, usual = speed_gain(action, mass, program.clip.step_seconds), RANGE.max_speed_mps
+    if speed > FAR_FROM_USUAL * usual:
+        told.append(f"This may give it {number(speed)} m/s; up to {number(usual)} m/s are usual.")
+    if isinstance(vector, Directed):
+        field += ".magnitude"
+        vector = vector.magnitude
+    if isinstance(vector, float | int) and vector < 0:
+        told.append("Less than 0: it acts the other way round.")
+    return {f"event.actions.{action.id}.{field}": " ".join(told)} if told else {}
 
 
 def _held_by(name: str) -> tuple[str, str]:

@@ -58,7 +58,7 @@ def test_an_override_of_many_numbers_keeps_its_button_in_sight(waiting: Desk) ->
     page = waiting.page
     page.set_viewport_size({"width": 1280, "height": 720})
     waiting.proposal()
-    waiting.button("Override").click()
+    waiting.button("My numbers").click()
     for _ in range(5):
         waiting.button("Another number").click()
     box = waiting.box(waiting.button("Use mine instead"))

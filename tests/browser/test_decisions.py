@@ -144,7 +144,7 @@ def test_a_gentler_way_is_taken_or_left_and_is_no_repair(gentler: Desk) -> None:
 def test_override_with_my_own_edits(waiting: Desk) -> None:
     page = waiting.page
     waiting.proposal()
-    waiting.button("Override").click()
+    waiting.button("My numbers").click()
     mine = page.get_by_role("group", name="Your own change")
     path = mine.get_by_label("Which number").first.input_value()
     # Near what was tried out: what is far from it has the planner search for long.
@@ -159,7 +159,7 @@ def test_override_with_my_own_edits(waiting: Desk) -> None:
 
 def test_an_override_takes_clicks_and_only_what_can_be(waiting: Desk) -> None:
     waiting.proposal()
-    waiting.button("Override").click()
+    waiting.button("My numbers").click()
     mine = waiting.page.get_by_role("group", name="Your own change")
     whose = mine.get_by_label("Of what").first
     assert whose.locator("option").count() > 1
@@ -211,7 +211,7 @@ def test_reject_with_a_reason_and_a_pin_is_respected(waiting: Desk) -> None:
 
 def test_the_verdict_can_be_overruled(waiting: Desk) -> None:
     waiting.proposal()
-    waiting.button("Overrule").click()
+    waiting.button("I disagree").click()
     waiting.page.get_by_label("Your reason").fill("good <b>enough</b>")
     waiting.button("It happens").click()
     waiting.until(lambda: waiting.snapshot.state.outcome == "realised", "the verdict")
@@ -237,7 +237,7 @@ def test_a_pass_is_overruled_to_a_failure_in_my_words(waiting: Desk) -> None:
         sizes.get_by_role("menuitem", name="480 × 832").click()
     with av.open(fetched.value.path()) as container:
         assert (container.streams.video[0].width, container.streams.video[0].height) == (480, 832)
-    waiting.button("Overrule").click()
+    waiting.button("I disagree").click()
     page.get_by_label("Your reason").fill("it is <i>far</i> too slow")
     waiting.button("It does not").click()
     waiting.until(lambda: waiting.snapshot.state.outcome == "running", "the verdict")
@@ -266,7 +266,7 @@ def test_a_pass_is_overruled_to_a_failure_in_my_words(waiting: Desk) -> None:
 def test_i_give_every_verdict_and_repair_it_myself(waiting: Desk) -> None:
     page = waiting.page
     waiting.proposal()
-    waiting.button("By hand: decisions").click()
+    waiting.button("I do myself: decisions").click()
     for role in ("Verdicts", "Repairs"):
         waiting.button(role).click()
         expect(waiting.button(role)).to_have_attribute("aria-pressed", "true")
@@ -296,7 +296,7 @@ def test_i_give_every_verdict_and_repair_it_myself(waiting: Desk) -> None:
     expect(mine).to_contain_text("Does the scene match the photo?")
     waiting.idle()
     assert [one.author for one in waiting.snapshot.state.rounds][-1] == "person"
-    waiting.button("By hand: decisions, verdicts, repairs").click()
+    waiting.button("I do myself: decisions, verdicts, repairs").click()
     waiting.button("Verdicts").click()
     waiting.button("Repairs").click()
     expect(mine).to_be_hidden()

@@ -210,10 +210,10 @@ def test_what_is_marked_stays_with_its_photo_and_waits_for_its_own_answer(waitin
 def test_words_for_one_verdict_are_not_those_for_the_next(waiting: Desk) -> None:
     page = waiting.page
     waiting.proposal()
-    page.get_by_role("button", name="Overrule").click()
+    page.get_by_role("button", name="I disagree").click()
     page.get_by_label("Your reason").fill("it slid")
     waiting.button("Accept").click()
     waiting.until(lambda: len(waiting.snapshot.state.rounds) == 2, "a second round")
     waiting.idle()
-    expect(page.get_by_role("button", name="Overrule")).to_be_visible()
+    expect(page.get_by_role("button", name="I disagree")).to_be_visible()
     expect(page.get_by_label("Your reason")).to_have_count(0)

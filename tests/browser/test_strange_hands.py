@@ -61,7 +61,11 @@ def test_deciding_is_in_sight_with_the_checklist_unfolded(waiting: Desk, dark: b
 def test_escape_closes_forms(waiting: Desk) -> None:
     page = waiting.page
     waiting.proposal()
-    for name, field in (("Reject", "Reason"), ("Hint", "Hint"), ("Overrule", "Your reason")):
+    for name, field in (
+        ("Reject", "Reason"),
+        ("Give a hint", "Hint"),
+        ("I disagree", "Your reason"),
+    ):
         waiting.button(name).click()
         expect(page.get_by_label(field, exact=True)).to_be_visible()
         page.keyboard.press("Escape")
@@ -129,7 +133,7 @@ def test_words_are_understood_in_a_line_and_followed(waiting: Desk) -> None:
 def test_words_that_are_not_understood_are_asked_about(waiting: Desk) -> None:
     page = waiting.page
     waiting.proposal()
-    waiting.button("Hint").click()
+    waiting.button("Give a hint").click()
     page.get_by_label("Hint", exact=True).fill("it looks odd to me")
     waiting.button("Give the hint").click()
     # Another repair is searched for as well, which takes its time on a machine that is not idle.

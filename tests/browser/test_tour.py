@@ -75,7 +75,7 @@ def test_presenting_steps_through_rounds_and_changes_nothing(waiting: Desk) -> N
     expect(label).to_contain_text("Presenting")
     expect(label).to_contain_text("Round 2 of 2")
     expect(page.get_by_role("group", name="How it happens")).to_be_hidden()
-    for name in ("Accept", "Overrule", "Run to the end", "Open…", "+ Action"):
+    for name in ("Accept", "I disagree", "Run to the end", "Open…", "+ Action"):
         expect(waiting.button(name)).to_have_count(0)
     page.keyboard.press("p")
     expect(label).to_contain_text("Round 1 of 2")

@@ -90,11 +90,11 @@ export function makeProposal(show, focus, mark) {
         p.gentler ? button("Keep as it is", () => send({ do: "decide", kind: "skip", proposal: p.id }), { title: "Nothing is changed (X)", "data-act": "reject" })
           : !p.hunks.length ? [button("Give a hint", () => set("hint"), { class: "b main wide", "aria-pressed": String(mode === "hint"), title: "Say in your words what should change" }), button("Choose a change", () => set("override"), { "aria-pressed": String(mode === "override"), title: "An action, one of its numbers, and its new value" })]
           : button("Reject", () => set("reject"), { class: "b bad", "aria-pressed": String(mode === "reject"), title: "The planner tries again, knowing why (X)", "data-act": "reject" })),
-      p.gentler ? null : h("div", { class: "row wrap", style: "gap:2px", key: "otherwise" },
-        !p.hunks.length ? null : button("Override", () => { set("override"); }, { class: "b quiet", "aria-pressed": String(mode === "override"), title: "Your own edits in its place" }),
-        !p.hunks.length ? null : button("Hint", () => set("hint"), { class: "b quiet", "aria-pressed": String(mode === "hint"), title: "Tell the planner something" }),
-        button("Skip", () => send({ do: "decide", kind: "skip", proposal: p.id }), { class: "b quiet", title: "Go on without this repair" }),
-        button("Stop", () => send({ do: "decide", kind: "stop", proposal: p.id }), { class: "b quiet", title: "End here, keep the best round" })),
+      p.gentler ? null : h("div", { class: "row wrap ways", key: "otherwise" },
+        !p.hunks.length ? null : button("My numbers", () => set("override"), { class: "b quiet", "aria-pressed": String(mode === "override"), title: "Override it: your own numbers in its place" }),
+        !p.hunks.length ? null : button("Give a hint", () => set("hint"), { class: "b quiet", "aria-pressed": String(mode === "hint"), title: "Tell the planner something; it tries again, knowing that" }),
+        button("Skip it", () => send({ do: "decide", kind: "skip", proposal: p.id }), { class: "b quiet", title: "Go on without this repair" }),
+        button("End here", () => send({ do: "decide", kind: "stop", proposal: p.id }), { class: "b quiet", title: "No more rounds: the best one is kept" })),
       form(p));
   }
 

@@ -154,7 +154,7 @@ export function startRounds(host, dock, { showRounds, showPlots, showPhoto }) {
     return h("div", { style: "margin-top:14px" },
       h("div", { class: "row" },
         h("span", { class: "title grow" }, said),
-        data.readOnly ? null : h("button", { class: "link", type: "button", "aria-expanded": String(overruling === shown.id), onclick: toggle }, "Overrule")),
+        data.readOnly ? null : h("button", { class: "link", type: "button", "aria-expanded": String(overruling === shown.id), title: "Overrule what was measured: say yourself whether it happens", onclick: toggle }, "I disagree")),
       data.credit?.known ? null : changes(shown),
       credit(data.credit, busy()),
       shown.override ? h("p", { class: "muted" }, `Your verdict: ${SAYS[shown.stage][Number(shown.override.passed)]}${shown.override.words ? ` (“${shown.override.words}”)` : ""}. The checks said: ${SAYS[shown.stage][Number(shown.machine)]}.`) : null,

@@ -43,8 +43,8 @@ def test_one_drag_a_thing(waiting: Desk, repository: Path) -> None:
     for dark in (False, True):
         themed(page, (1280, 720), dark=dark)
         # Neither the masks nor the list of things has to be looked for.
-        for seen in (masks, page.get_by_label("Name 1"), page.get_by_label("Name 2")):
-            expect(seen).to_be_in_viewport(ratio=1)
+        for seen in (".sketch-masks", "[aria-label='Name 1']", "[aria-label='Name 2']"):
+            expect(page.locator(seen)).to_be_in_viewport(ratio=1)
         assert page.evaluate(AMISS) == []
     old = waiting.snapshot.session_id
     page.evaluate("window.clicks = 0; document.addEventListener('click', () => clicks++)")

@@ -13,10 +13,10 @@ FEET = [(300.0, 220.0), (600.0, 230.0)]
 
 
 def _table(top_colour=(180, 140, 90), turn=0):
-    """A table of plain colours on legs before a wall; turn: rows by which its right end is lower."""
+    """A table of plain colours on legs before a wall; turn: rows its right end is lower by."""
     image = np.full((480, 832, 3), 200, np.uint8)
     lower = np.array([(x, y + turn * x / 832) for x, y in TOP])
-    front = [*lower[:2], *(lower[1::-1] + (0, 18))]
+    front = [*lower[:2], *(lower[1::-1] + np.array([0, 18]))]
     for corners, colour in ((lower, top_colour), (front, (110, 80, 50))):
         points = np.round(np.array(corners)).astype(np.int32)
         cv2.fillPoly(image, [points], colour, cv2.LINE_AA)

@@ -225,7 +225,7 @@ def render(
     session: Annotated[str, typer.Argument(help="A session id or a unique beginning of one.")],
     out: Annotated[Path, typer.Option(help="Where the video goes, .mp4.")],
     round_id: Annotated[str | None, typer.Option("--round", help="Else the best round.")] = None,
-    size: Annotated[str, typer.Option(help="832x480; else the photo's own.")] = "",
+    size: Annotated[str, typer.Option(help="832x480; else that of the photo as it was read.")] = "",
     letterbox: Annotated[
         bool, typer.Option("--letterbox", help="All of the picture in that size, not cropped.")
     ] = False,
@@ -249,7 +249,7 @@ def render(
     early.session_there(session, workspace)
     from physagent_studio.cli.clips import render_session
 
-    typer.echo(f"wrote {render_session(session, round_id, out, workspace, look)}")
+    typer.echo(render_session(session, round_id, out, workspace, look))
 
 
 @app.command(epilog="Example: physagent export SESSION --out prior/  (or replay.html, or x.viser)")

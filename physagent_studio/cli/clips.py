@@ -10,7 +10,7 @@ from typing import Any
 
 from physagent_studio.cli.output import progress_control
 from physagent_studio.errors import InputError
-from physagent_studio.exchange import BUNDLES, Prior, check_bundles
+from physagent_studio.exchange import BUNDLES, Prior, check_bundles, video_size
 from physagent_studio.exchange.generators import ComfyUI, Composite, Diffusers, VideoGenerator
 from physagent_studio.records.clip_look import AS_DRAWN, ClipLook
 from physagent_studio.session import Store
@@ -25,10 +25,12 @@ def render_session(
     out: Path,
     workspace: Path | None,
     look: ClipLook = AS_DRAWN,
-) -> Path:
-    """The clip of a round, or of the best one, as a video."""
+) -> str:
+    """Writes the clip of a round, or of the best one, as a video; a line on what was written."""
     with _showing(session_id, round_id, workspace) as desk:
-        return render_rollout(desk, out, look)
+        made = render_rollout(desk, out, look)
+    width, height = video_size(made)
+    return f"wrote {made}, {width} × {height} pixels"
 
 
 def export_session(

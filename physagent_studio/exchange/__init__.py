@@ -14,4 +14,4 @@ from physagent_studio.exchange.prior import (
     write_bundles,
 )
 from physagent_studio.exchange.replay import Replay, ReplayCheck, ReplayRound, replay_html
-from physagent_studio.exchange.video import write_video
+from physagent_studio.exchange.video import video_size, write_video

@@ -90,6 +90,13 @@ def write_video(
             video.add(picture)
 
 
+def video_size(path: Path | str) -> tuple[int, int]:
+    """Width and height of a video's pictures."""
+    with av.open(str(path)) as container:
+        stream = container.streams.video[0]
+        return stream.width, stream.height
+
+
 class VideoFile:
     """An MP4 (H.264, yuv420p, faststart) that grows by a picture at a time.
 

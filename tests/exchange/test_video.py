@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from physagent_studio.errors import InputError
-from physagent_studio.exchange import write_video
+from physagent_studio.exchange import video_size, write_video
 from physagent_studio.program import Clip
 from physagent_studio.program.timing import timing_of
 
@@ -55,6 +55,12 @@ def test_how_the_time_goes_is_in_the_file(tmp_path: Path):
     write_video(tmp_path / "plain.mp4", pictures(3, 48, 64), 25)
     with av.open(str(tmp_path / "plain.mp4")) as container:
         assert "comment" not in container.metadata
+
+
+def test_its_size_is_read_from_its_file(tmp_path: Path):
+    write_video(tmp_path / "odd.mp4", pictures(2, 47, 65), 25)
+    # The format wants even sides.
+    assert video_size(tmp_path / "odd.mp4") == (66, 48)
 
 
 def test_colours_come_back(tmp_path: Path):

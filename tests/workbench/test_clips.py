@@ -8,6 +8,7 @@ import av
 import pytest
 
 from physagent_studio.assets import assets_dir
+from physagent_studio.cli.clips import render_session
 from physagent_studio.records.clip_look import ClipLook
 from physagent_studio.session import Store
 from physagent_studio.workbench import Workbench, commands
@@ -37,6 +38,15 @@ def test_it_is_made_in_the_size_that_is_asked_for(ran: Workbench, tmp_path: Path
     assert first.shape == (480, 320, 3)
     bars = first[:40].max() < 24
     assert bars == (way == "letterbox")
+
+
+def test_the_command_says_in_which_size_it_wrote(ran: Workbench, tmp_path: Path) -> None:
+    name, root = ran.snapshot().session_id, ran.store.root
+    assert name is not None
+    said = render_session(name, None, tmp_path / "clip.mp4", root)
+    assert said == f"wrote {tmp_path / 'clip.mp4'}, 832 × 480 pixels"
+    said = render_session(name, None, tmp_path / "small.mp4", root, ClipLook((416, 240)))
+    assert said.endswith("small.mp4, 416 × 240 pixels")
 
 
 def test_a_size_that_no_clip_has_is_refused_with_the_reason(ran: Workbench, tmp_path: Path) -> None:

@@ -62,8 +62,13 @@ def test_what_is_wrong_with_the_words_is_said_before_a_heavy_room_is_loaded(
     tmp_path: Path, words: str, said: str
 ) -> None:
     (tmp_path / "here.png").touch()
-    command = [sys.executable, "-c", f"HEAVY = {HEAVY!r}\n{ASKED}", *words.split()]
+    command = [
+        sys.executable,
+        "-c",
+        f"HEAVY = {HEAVY!r}\n{ASKED}",
+        *words.replace("here.png", str(tmp_path / "here.png")).split(),
+    ]
     home = os.environ | {"PHYSAGENT_HOME": str(tmp_path / "home")}
-    run = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path, env=home)
+    run = subprocess.run(command, capture_output=True, text=True, env=home)
     assert said in run.stderr
     assert run.stdout.strip() == "2 []"

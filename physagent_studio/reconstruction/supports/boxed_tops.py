@@ -22,7 +22,7 @@ class BoxedSettings:
     min_near_share: float = 0.85  # 0.6..1: of the box's width, from one end of the near edge on
     min_far_share: float = 0.4  # 0.2..0.8: the same of the far edge, which is farther off
     min_gap_px: float = 4.0  # 2..12: between the two: less is one edge
-    # 0..0.3: by which a far edge that is not seen is nearer to the middle of the picture
+    # share, 0..0.3: by which a far edge that is not seen is nearer to the middle of the picture
     unseen_taper: float = 0.12
 
 

@@ -257,7 +257,7 @@ def _meshed(
     own = mass_properties(surface) if is_closed(surface) else None
     if own is None or not 0.02 * outer_mass.volume < own.volume <= 1.001 * outer_mass.volume:
         note = note or f"the mesh of {name} is not closed: it weighs as much as its convex hull"
-        return _replace_mass(_solid((Hull(*outer),), surface, note), outer_mass)
+        return replace(_solid((Hull(*outer),), surface, note), mass=outer_mass)
     if own.volume >= CONVEX_ENOUGH * outer_mass.volume:
         return _solid((Hull(*outer),), surface, note)
     # What was inflated has no hollows that its silhouette does not show.
@@ -271,10 +271,6 @@ def _meshed(
                 "its hollows too"
             )
     return _solid(tuple(Hull(*part) for part in parts), surface, note)
-
-
-def _replace_mass(solid: Solid, mass: MassProperties) -> Solid:
-    return Solid(solid.pieces, mass, solid.extent, solid.shadows, note=solid.note)
 
 
 FEWEST, MOST = 12, 36

@@ -2,8 +2,10 @@
 
 import pytest
 
+from physagent_studio.agent.rules import RuleGenerator
 from physagent_studio.language import inventory, read
 from physagent_studio.program.scene.state import Grounding
+from tests.agent.rules.varied_scenes import VARIED
 
 DOMINOES = ("first_domino", "second_domino", "third_domino", "last_domino")
 
@@ -36,3 +38,18 @@ def test_they_after_two_single_things_are_those_two():
 def test_what_follows_without_an_object_does_the_same():
     frames = _frames("The hammer falls and the can follows.", ("hammer", "can"))
     assert frames == [("fall", (), ("hammer",)), ("fall", (), ("can",))]
+
+
+@pytest.mark.parametrize(
+    ("prompt", "hops"),
+    [
+        ("The ping pong ball bounces twice and then hits the middle cup.", True),
+        ("The ping pong ball rolls to the middle cup, hits it and bounces back.", False),
+        ("The ping pong ball hits the middle cup without bouncing.", False),
+    ],
+)
+def test_only_what_bounces_before_it_hits_something_hops_there(prompt, hops):
+    stage = VARIED["cups"]
+    program = RuleGenerator().first(stage.case(prompt), stage.reconstruct)
+    labels = [action.id for action in program.event.actions]
+    assert any(label.startswith("jump") for label in labels) == hops, labels

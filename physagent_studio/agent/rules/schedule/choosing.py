@@ -225,9 +225,16 @@ def _bouncing(task: Task) -> Script:
         return _nothing
     if task.down_the_steps() is not None:
         return scripts.along_ground
-    if task.intent.hits and task.layout.has(task.intent.hits[0]):
-        return scripts.hop_onto
+    if task.intent.hits:
+        known = task.layout.has(task.intent.hits[0])
+        return scripts.hop_onto if known and _bounces_first(task) else scripts.along_ground
     return scripts.through_air if task.target() is not None else scripts.leap
+
+
+def _bounces_first(task: Task) -> bool:
+    """ "Bounces twice, then hits the can", and not "hits the wall and bounces back"."""
+    told = [f for f in task.intent.frames if f.sense == "bounce" or task.name in f.agent]
+    return bool(told) and told[0].sense == "bounce" and not told[0].negated
 
 
 def _can_only_topple(task: Task) -> bool:

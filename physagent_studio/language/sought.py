@@ -10,6 +10,7 @@ from physagent_studio.knowledge import (
     colours,
     is_listed,
     is_surface,
+    kinds_in,
     support_kind,
     usual_size,
     word_lists,
@@ -105,6 +106,23 @@ def things_in(prompt: str) -> tuple[Sought, ...]:
         for name in names:
             found.setdefault(name, sought_by(name, prompt))
     return tuple(found.values())
+
+
+def slopes_in(prompt: str) -> tuple[str, ...]:
+    """Names of the slopes and stairs that a sentence speaks of, and of boards that it has something
+    go down or up: where they are cannot be told from what stands on them."""
+    text = prompt.lower()
+
+    def leads(said: str) -> bool:
+        words = r"\s+".join(map(re.escape, said.split("_")))
+        return bool(re.search(rf"\b(?:down|up)\s+(?:the|an?|its)\s+(?:\w+\s+)?{words}\b", text))
+
+    found = (
+        said
+        for kind, said in kinds_in(prompt)
+        if kind.support in ("ramp", "stairs") or (kind.surface == "flat" and leads(said))
+    )
+    return tuple(dict.fromkeys(found))
 
 
 def _carries(phrase: Sequence[str]) -> bool:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from physagent_studio.errors import InputError, Unclear
 from physagent_studio.exchange import case_from_image
-from physagent_studio.language.sought import Sought, sought_by, things_in
+from physagent_studio.language.sought import Sought, slopes_in, sought_by, things_in
 from physagent_studio.program import Click, Grounding
 from physagent_studio.reconstruction import reduction_of
 from physagent_studio.reconstruction.grounding.proposals import Proposed, Spot, propose
@@ -33,6 +33,10 @@ def case_in_words(
     the places that come into question (unless `ask` is False), InputError where the sentence
     names nothing.
     """
+    if not ask:
+        # A slope that was offered and not marked is read off the picture with what stands on it.
+        open_ones = {name for name in slopes_in(prompt) if not _is_marked(marks.get(name))}
+        marks = {name: said for name, said in marks.items() if name not in open_ones}
     names = list(marks) or [item.name for item in things_in(prompt)]
     if not names:
         option = ", or say where it is with --object name@x,y" if ask else ""
@@ -40,26 +44,30 @@ def case_in_words(
             "the sentence names nothing that could be found in the photo (it is read as English);"
             f" click a thing in it and name it{option}"
         )
-    marked = {name: said for name, said in marks.items() if said.points or said.box is not None}
+    marked = {name: said for name, said in marks.items() if _is_marked(said)}
     if all(name in marked for name in names):
         return with_supports(case_from_image(path, prompt, marked))
     # Any click of its own does until the real one is known; the photo is read and checked by then.
     said = {name: marked.get(name) or Grounding(points=(Click(x=0.001 * (at + 0.5), y=0),))
             for at, name in enumerate(names)}  # fmt: skip
     case = case_from_image(path, prompt, said)
-    open_ones = tuple(
+    sought = tuple(
         (name, grounding if given in marked else Grounding())
         for given, (name, grounding) in zip(names, case.objects, strict=True)
     )
     found = with_proposals(
-        replace(case, objects=open_ones), ask=ask, per=reduction_of(path), seek=seek
+        replace(case, objects=sought), ask=ask, per=reduction_of(path), seek=seek
     )
     return with_supports(found)
 
 
+def _is_marked(said: Grounding | None) -> bool:
+    return said is not None and (bool(said.points) or said.box is not None)
+
+
 def names_in(prompt: str) -> tuple[str, ...]:
-    """Names of the things that a sentence speaks of, in its order."""
-    return tuple(item.name for item in things_in(prompt))
+    """Names of the things that a sentence speaks of, in its order, then of what they go down."""
+    return tuple(dict.fromkeys((*(item.name for item in things_in(prompt)), *slopes_in(prompt))))
 
 
 def with_proposals(case: Case, *, ask: bool = True, per: int = 1, seek: Seek = propose) -> Case:

@@ -13,7 +13,7 @@ from physagent_studio.exchange import load_case
 from physagent_studio.program import Click, Grounding
 from physagent_studio.session import Store
 from physagent_studio.workbench import Workbench, commands
-from physagent_studio.workbench.naming import case_in_words, with_proposals
+from physagent_studio.workbench.naming import case_in_words, names_in, with_proposals
 
 PROMPT = "The red ball rolls to the right and hits the blue block."
 BALL, BLOCK = (90, 170), (240, 175)
@@ -78,3 +78,26 @@ def test_a_proposal_is_marked_in_the_scene(photo: Path, tmp_path: Path) -> None:
     workbench.close()
     assert {item.name for item in scene.objects} == {"red_ball", "blue_block"}
     assert sum("found at" in flag and "nobody clicked" in flag for flag in scene.flags) == 2
+
+
+@pytest.mark.parametrize(
+    ("prompt", "names"),
+    [
+        ("The red toy car rolls down the ramp.", ("red_toy_car", "ramp")),
+        ("The ball rolls down the wooden plank and stops.", ("ball", "plank")),
+        ("The ball bounces down the stairs.", ("ball", "stairs")),
+        ("The cup falls off the table.", ("cup",)),
+        ("The ball rolls onto the board.", ("ball",)),
+    ],
+)
+def test_what_something_goes_down_is_offered_after_the_things(prompt, names):
+    assert names_in(prompt) == names
+
+
+def test_a_slope_that_was_offered_and_not_marked_is_not_looked_for(tmp_path):
+    path = tmp_path / "photo.png"
+    cv2.imwrite(str(path), np.full((120, 160, 3), 200, np.uint8))
+    marks = {"ball": Grounding(box=(20, 20, 60, 60)), "ramp": Grounding()}
+    case = case_in_words(path, "The ball rolls down the ramp.", marks, ask=False)
+    assert [name for name, _ in case.objects] == ["ball"]
+    assert case.supports == ()

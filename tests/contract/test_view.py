@@ -509,6 +509,29 @@ def test_what_slides_may_tumble_once_it_has_met_something() -> None:
 
 
 @seeds
+def test_what_falls_over_has_come_down_by_the_end(seed: int) -> None:
+    tall = np.random.default_rng(seed).uniform(0.35, 0.45)
+    shape = {"kind": "box", "size": [0.1, 0.1, tall]}
+    post = at({"name": "post", "shape": shape, "friction": 1.0}, 0.0, tall / 2)
+    force = {"magnitude": 1.0, "direction": "right", "quantity": "target_speed"}
+    push = {
+        "operator": "ApplyForce", "id": "push", "name": "post", "duration": 20, "force": force,
+        "point": [0.0, 0.0, 0.18], "point_frame": "body",
+    }  # fmt: skip
+    told = says("topples", "post", tilt=60)
+    tilt = np.degrees(np.arccos(1 - 2 * (simulate(scene_of([post], [push]), {}).rotations[:, 0, 1:3]
+                                         ** 2).sum(1)))  # fmt: skip
+    halfway = int(np.argmax(tilt > 65)) // 4 + 1
+    for frames, ok in ((81, True), (halfway, False)):
+        check = views(scene_of([post], [push], told, frames=frames))["view.in_time.post"]
+        agrees(check)
+        assert check.ok == ok, check.text
+    # What the fall takes out of the picture is not seen to lie.
+    gone = scene_of([post], [push, go("post", 20.0, 0, 0, start=30)], told)
+    assert "view.in_time.post" not in views(gone)
+
+
+@seeds
 def test_what_falls_over_to_a_side_leans_to_it(seed: int) -> None:
     rng = np.random.default_rng(seed)
     post = at({"name": "post", "shape": {"kind": "box", "size": [0.1, 0.1, 0.4]}}, 0.0, 0.2)

@@ -31,6 +31,7 @@ from physagent_studio.contract.view.pace import (
     FILLS,
     STEP,
     Pacing,
+    come_down,
     fills,
     in_time,
     moving_frames,
@@ -67,7 +68,13 @@ def view_checks(
         found += [something(facts, names), fills(facts, names)]
     found += [*touches(facts, names), *comes_apart(facts, names)]
     found += [gone(facts, name) for name in names if name in program.contract.leaving]
-    found += [*meetings(facts), *ends(facts, names), *amounts(facts), *on_wheels(facts, names)]
+    found += [
+        *meetings(facts),
+        *ends(facts, names),
+        *come_down(facts, names),
+        *amounts(facts),
+        *on_wheels(facts, names),
+    ]
     found += [*in_place(facts, names), *leaves_alone(facts, names)]
     found += [*keeps_its_footing(facts, names), *falls_as_told(facts, names)]
     return tuple(found)

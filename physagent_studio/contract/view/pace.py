@@ -27,6 +27,8 @@ STEP, FALLING_STEP = 0.04, 0.08
 """Farthest step from frame to frame, parts of the width; in the frames of a blow or a fall."""
 TIPPING = 2.0
 """Degrees from frame to frame from which on a tilting thing is falling over."""
+LIES, TILTS = 0.1, 5.0
+"""Part of the clip at its end for which what fell over lies; degrees by which it may still rock."""
 FALL_FILLS = 0.2
 """The same of a fall in the slowest motion there is."""
 FILLS, RESTS_BY = 0.45, 0.9
@@ -201,3 +203,21 @@ def in_time(facts: Facts, checks: tuple[Check, ...]) -> Check:
         "in_time", "", text, (last - latest) / max(rollout.steps, 1), measured=float(frame),
         threshold=float(rollout.frame_of(last)), unit="frame", step=latest,
     )  # fmt: skip
+
+
+def come_down(facts: Facts, names: tuple[str, ...]) -> list[Check]:
+    """What falls over within the picture is seen to lie: the clip does not end in mid fall."""
+    found = []
+    last = max(round(LIES * facts.rollout.steps), 2)
+    for name in names:
+        if not said(facts.program, name, ("topples",)) or sight_in(facts, name).share[-1] < INSIDE:
+            continue
+        turn = float(np.ptp(facts.track(name, facts.whole()).tilt()[-last:]))
+        text = (
+            f"{name} has come down: it tilts by {turn:.0f}° ≤ {TILTS:.0f}° at the end: {{answer}}"
+        )
+        found.append(
+            view_check("in_time", name, text, (TILTS - turn) / TILTS, measured=turn,
+                       threshold=TILTS, unit="°", step=facts.last)
+        )  # fmt: skip
+    return found

@@ -12,7 +12,7 @@ from physagent_studio.agent.rules.scene.framing import FRAMING, free_way_from
 from physagent_studio.agent.rules.scene.measures import WAYS, level, unit
 from physagent_studio.agent.rules.schedule import actions as act
 from physagent_studio.agent.rules.schedule.scripts import Task, turn_back
-from physagent_studio.program.actions import Action
+from physagent_studio.program.actions import Action, Directed
 from physagent_studio.program.scene.state import Ramp
 
 
@@ -138,7 +138,7 @@ def down_ramp(task: Task) -> list[Action]:
     if task.intent.has("drift"):
         found.append(_drift(task))
     if task.intent.has("topple", "lose_balance"):
-        found.append(_tip_at_bottom(task))
+        found += _tip_at_bottom(task)
     if task.intent.has("turn_around", "reverse"):
         found += turn_back(task)
     return found
@@ -160,14 +160,20 @@ def _drift(task: Task) -> Action:
     return act.push(task.name, force, start=10, duration=40, label="drift")
 
 
-def _tip_at_bottom(task: Task) -> Action:
-    """On the ground it is tipped over its side: a turn about the way it runs."""
+def _tip_at_bottom(task: Task) -> list[Action]:
+    """On the ground it is tipped over its side: a turn about the way it runs. No longer on its
+    wheels, it scrapes along and is soon at rest."""
     downhill = task.layout.downhill(task.name)
     assert downhill is not None
     axis = unit(level(downhill))
     across = sideways(task.name, task.layout)[1]
     side = 1.0 if float(np.cross(axis, WAYS["up"]) @ WAYS[across]) > 0 else -1.0
     when = act.on_contact(task.name, task.layout.ground(), 8)
-    return act.spin(
-        task.name, axis * side, math.radians(90) / 0.25, duration=25, when=when, label="tip"
-    )
+    steps = 25  # steps, 15..40: that tipping over takes
+    rate = math.radians(90) / (steps * task.clip.step_seconds)
+    grip = 0.4  # 0.2..0.8: friction of its side on the ground
+    scraping = Directed(magnitude=round(grip * mech.G, 3), along="against_velocity", quantity="acceleration")
+    return [
+        act.spin(task.name, axis * side, rate, duration=steps, when=when, label="tip"),
+        act.push(task.name, scraping, duration=steps, when=when, label="scrape"),
+    ]

@@ -10,6 +10,7 @@ from physagent_studio.knowledge import kind_of
 from physagent_studio.language.frames import EventFrame, ReadClause, Reading
 from physagent_studio.language.reference.names import Resolved, resolve_objects
 from physagent_studio.language.reference.stock import Inventory
+from physagent_studio.language.semantics.implied import with_blows
 from physagent_studio.language.semantics.meanings import Meanings
 from physagent_studio.language.semantics.modifiers import Details, details_of
 from physagent_studio.language.semantics.places import extent_of
@@ -110,7 +111,7 @@ class _Reader(Meanings):
         _backwards_at_first(self.frames)
         _back_once_turned(self.frames)
         clauses = tuple(c for c in self.clauses if c.text)
-        return Reading(clauses, tuple(self.frames), tuple(self.unknown))
+        return Reading(clauses, tuple(with_blows(self.frames)), tuple(self.unknown))
 
     # --- clauses that only introduce the next one ------------------------------------------------
 

@@ -74,8 +74,14 @@ def take_preposition(
             return
         entry = v.VERBS.get(clause.verb.verb) if clause.verb is not None else None
         beside = preposition == "with" and entry is not None and entry.kind == "move"
-        if preposition in STRIKING and not beside and not is_group(phrase, stock):
+        group = is_group(phrase, stock)
+        if preposition in STRIKING and not beside and not group:
             details.struck = resolved.names
+        elif preposition in STRIKING and group and entry is not None and entry.sense == "hit":
+            # "Crashes into the tower of blocks": into those it is built of.
+            details.struck = resolved.names
+            talk.mention(resolved.names)
+            return
     if preposition == "by" and _goes_by(clause):
         preposition = "past"
     _place(preposition, phrase, details, stock, talk)

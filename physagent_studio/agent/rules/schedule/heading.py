@@ -39,8 +39,8 @@ class HeadingSettings:
 
     # cosine, 0..0.7: of axis and way; below, it is moved, not driven
     min_along_cosine: float = math.cos(math.radians(75.0))
-    # 5..30: of an axis read off an outline: it may face what it drives to
-    axis_error_deg: float = 15.0
+    # 5..50: of an axis read off an outline: it may face what it drives to
+    axis_error_deg: float = 45.0
     # ratio, 0.005..0.05: resistance of small wheels on a hard floor, .01 to .03
     usual_rolling: float = 0.02
     caster_grip: float = 0.02  # ratio, 0.005..0.1: what goes any way has no more across than along

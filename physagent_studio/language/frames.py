@@ -23,6 +23,10 @@ EDGES = ("edge", "end")
 """Parts of a support beyond which nothing carries: any side of it, or one across its length."""
 
 
+SLOPE_ENDS = ("upper_end", "lower_end")
+"""Parts of a slope that bound it along the way down."""
+
+
 @dataclass(frozen=True, slots=True)
 class Place:
     """A place that a clause speaks of.
@@ -50,7 +54,8 @@ class EventFrame:
     the box rolls …"). link: how the clause hangs on the one before (`then`, `while`, `before`,
     `after`, `once`, `as`, `which`), or, where it `leads`, on the one that follows. posture: how
     it ends (`upright`, `flat`, `side`, `still`, `inverted`). share: of the way to `extent`, from
-    … to. timing: whether several do it in turn or together. distance, speed, angle, delay: how
+    … to. timing: whether several do it in turn or together. steps: how many of a flight of stairs
+    it goes down. distance, speed, angle, delay: how
     far, how fast, how many degrees, how many seconds after the beginning. sequel: the prompt says
     that it comes after the frame before. rest: it is about the others of those that the frame
     before picks from.
@@ -72,6 +77,7 @@ class EventFrame:
     posture: str = ""
     path: Literal["", "curve", "straight", "circle"] = ""
     count: int | None = None
+    steps: int | None = None
     distance: float | None = None
     speed: float | None = None
     delay: float | None = None

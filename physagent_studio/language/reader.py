@@ -285,8 +285,8 @@ def _of_the_rest(clause: RawClause) -> bool:
 
 
 _AS_SAID = (
-    "origin", "places", "path", "count", "distance", "speed", "delay", "angle", "begins", "share",
-    "timing",
+    "origin", "places", "path", "count", "steps", "distance", "speed", "delay", "angle", "begins",
+    "share", "timing",
 )  # fmt: skip
 """What a frame takes over from the details of its clause as it is."""
 _COUNTED = {2: "twice", 3: "thrice"}

@@ -42,6 +42,7 @@ class Details:
     posture: str = ""
     path: Literal["", "curve", "straight", "circle"] = ""
     count: int | None = None
+    steps: int | None = None
     distance: float | None = None
     cause: str = ""
     only: bool = False

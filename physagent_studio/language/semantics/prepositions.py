@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from physagent_studio.knowledge import is_step
 from physagent_studio.language.frames import Place, Way
 from physagent_studio.language.reference.names import GROUPS, is_group, resolve_objects
 from physagent_studio.language.reference.stock import Discourse, Inventory
@@ -67,6 +68,10 @@ def take_preposition(
             return
     if _by_or_way(preposition, phrase, details):
         return
+    if (steps := _steps(phrase)) and {"down", "lower"} & {
+        preposition, *clause.adverbs, *phrase.adjectives
+    }:  # fmt: skip
+        preposition, details.steps = "down", steps
     if resolved is not None:
         if preposition == "by" and not clause.objects and not _goes_by(clause):
             details.by = resolved.names
@@ -88,6 +93,13 @@ def take_preposition(
     if resolved is not None and phrase.head not in GROUPS:
         # Only now: the second bottle is still the second while its place is looked up.
         talk.mention(resolved.names)
+
+
+def _steps(phrase: NounPhrase) -> int:
+    """How many steps of a flight "one step", "two stairs" or "the next step" is; 0 for what is
+    none, or all of them."""
+    which = {*phrase.adjectives} & v.POSITIONS.keys() - {"lower"}
+    return phrase.number or int(not phrase.plural) if is_step(phrase.head) and not which else 0
 
 
 def _only_said(

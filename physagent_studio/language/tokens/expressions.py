@@ -145,7 +145,8 @@ def join_fixed(
     """Replaces fixed expressions by plainer ones, and the case's own names of several words by one
     token each; all tokens of a replacement have the span of what was written.
 
-    nouns: words of the case's names; "from the top shelf" is from that shelf.
+    nouns: words of the case's names; "from the top shelf" is from that shelf, and "to the left
+    cup" to that cup.
     """
     own = [(words, "_".join(words)) for words in names if len(words) > 1]
     table = sorted([*own, *FIXED], key=lambda row: -len(row[0]))
@@ -155,7 +156,8 @@ def join_fixed(
         for words, one in table:
             part = tokens[index : index + len(words)]
             after = tokens[index + len(words) : index + len(words) + 1]
-            if one in COUNTED_FROM and after and singular(after[0].text) in nouns:
+            aside = one in ("leftwards", "rightwards", *COUNTED_FROM)
+            if aside and after and singular(after[0].text) in nouns:
                 continue
             if words == ("over", "to") and index and _goes_over(tokens[index - 1].text):
                 continue

@@ -10,7 +10,7 @@ import numpy as np
 
 from physagent_studio.agent.rules.scene.facing import likely_front
 from physagent_studio.agent.rules.scene.measures import OPPOSITE, Layout, level, named_way
-from physagent_studio.language import EventFrame, Place, Reading
+from physagent_studio.language import SLOPE_ENDS, EventFrame, Place, Reading
 from physagent_studio.program.actions import Direction
 from physagent_studio.program.scene.state import Floor
 
@@ -99,7 +99,9 @@ class Context:
     def ways(self) -> tuple[Direction, ...]:
         """The named directions of which one is meant; empty where none is said."""
         frame = self.frame
-        if frame.direction == "backward" and frame.place("down", "up") is not None:
+        off = frame.place("off", "from", "over")
+        sloping = frame.place("down", "up") or (off is not None and off.part in SLOPE_ENDS)
+        if frame.direction in ("backward", "forward") and sloping:
             # "Slides backwards down the ramp" says how it faces.
             return ()
         return ways_of(frame.direction or frame.origin, frame, self.subject, self.layout)
@@ -125,9 +127,9 @@ def ways_of(
         return (forward(frame, subject, layout),)
     if way == "backward":
         front = likely_front(layout, subject)
-        if front is not None and layout.downhill(subject) is not None:
-            # On a slope it says how it faces.
-            return ()
+        if (downhill := layout.downhill(subject)) is not None:
+            # On a slope it says how what has a front faces; what has none goes back up it.
+            return (named_way(level(-downhill)),) if front is None else ()
         return ("toward_camera",) if front is None else (OPPOSITE[named_way(front)],)
     if way == "sideways":
         return sideways(subject, layout)

@@ -11,6 +11,7 @@ from physagent_studio.agent.rules.contract.specs import spot_name
 from physagent_studio.agent.rules.scene.measures import WAYS, FloatArray, Layout, place_name
 from physagent_studio.agent.rules.schedule.scripts.task import SIDE_WAYS
 from physagent_studio.language import Place, Reading
+from physagent_studio.program.scene.stairs import profile_of
 from physagent_studio.program.scene.state import Landmark, Ramp, Slab
 
 
@@ -24,6 +25,8 @@ def derived_landmarks(layout: Layout, places: Iterable[Place], reading: Reading)
         if place.kind != "support" or not place.part:
             continue
         points = _points(layout, place, _speaker(reading, place))
+        if place.part == "upper_end" and _is_left(reading, place):
+            points = _far_end(layout, place) or points
         if points:
             kind = "line" if len(points) > 1 else "point"
             found.append(Landmark(name=place_name(place), kind=kind, on=place.name, points=points))
@@ -85,12 +88,29 @@ def _points(
     return _slab_edge(layout, shape, top, speaker, ends=place.part == "end")
 
 
-def _ramp_line(ramp: Ramp, upper: bool) -> tuple[tuple[float, float, float], ...]:
+def _is_left(reading: Reading, place: Place) -> bool:
+    """Whether something shall come off a place."""
+    rows = (row for frame in reading.frames for row in frame.places)
+    return any(row in (("off", place), ("from", place)) for row in rows)
+
+
+def _far_end(layout: Layout, place: Place) -> tuple[tuple[float, float, float], ...]:
+    """The line where what lies behind the top edge of a ramp or a flight of steps ends."""
+    support = layout.state.support(place.name)
+    ramp = support.shape if support is not None else None
+    if not isinstance(ramp, Ramp):
+        return ()
+    return _ramp_line(ramp, upper=True, flat=max(x for x, _ in profile_of(ramp)) - ramp.run)
+
+
+def _ramp_line(
+    ramp: Ramp, upper: bool, flat: float = 0.0
+) -> tuple[tuple[float, float, float], ...]:
     ahead = np.array([math.cos(ramp.yaw), math.sin(ramp.yaw), 0.0])
     across = np.array([-ahead[1], ahead[0], 0.0]) * ramp.width / 2
     middle = np.array(ramp.toe, float)
     if upper:
-        middle = middle + ahead * ramp.run + WAYS["up"] * ramp.rise
+        middle = middle + ahead * (ramp.run + flat) + WAYS["up"] * ramp.rise
     return (_point(middle - across), _point(middle + across))
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from physagent_studio.agent.rules.contract.intents import met
-from physagent_studio.agent.rules.contract.senses.whereabouts import is_ground
+from physagent_studio.agent.rules.contract.senses.whereabouts import farther_from, is_ground
 from physagent_studio.agent.rules.contract.specs import (
     Context,
     Spec,
@@ -60,8 +60,7 @@ def travel(c: Context) -> list[Spec]:
         found.append(spec("moves", c.subject, distance=distance, toward=place_name(toward)))
     gone = c.frame.place("away_from")
     if gone is not None and gone.name != c.subject:
-        nearer = spec("moves", c.subject, distance=distance, toward=place_name(gone))
-        found += [spec("moves", c.subject, distance=distance), nearer.opposite()]
+        found += farther_from(c, gone)
     return found or [spec("moves", c.subject, distance=distance)]
 
 

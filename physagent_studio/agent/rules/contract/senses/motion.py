@@ -32,7 +32,7 @@ from physagent_studio.agent.rules.contract.specs import (
     ways_of,
 )
 from physagent_studio.agent.rules.scene.measures import level, named_way, place_name
-from physagent_studio.agent.rules.scene.steps import steps_below
+from physagent_studio.agent.rules.scene.steps import descents
 from physagent_studio.knowledge import kind_of
 from physagent_studio.language import Place
 from physagent_studio.program.actions import Direction
@@ -307,7 +307,12 @@ def jump(c: Context) -> list[Spec]:
     """Leaves the ground for a moment; a person or an animal comes down on its feet."""
     kind = kind_of(c.subject)
     upright = keeps_standing(c) if kind is not None and kind.is_alive else []
-    return [*_upward(c), spec("airborne", c.subject, seconds=0.1), *along(c), *upright]
+    found = [*_upward(c), spec("airborne", c.subject, seconds=0.1), *along(c), *upright]
+    if c.frame.direction == "down" and c.layout.is_raised(c.subject):
+        # "Jumps down" is lower in the end than it stood.
+        least = min(descents(c.layout, c.subject), default=c.length(0.5, 0.03, 0.2))
+        found.append(spec("moves", c.subject, distance=round(0.8 * least, 3), direction="down"))
+    return found
 
 
 def bounce(c: Context) -> list[Spec]:
@@ -316,9 +321,8 @@ def bounce(c: Context) -> list[Spec]:
     if c.frame.direction == "backward" and struck:
         hit = spec("contacts", c.subject, other=struck[-1])
         return [hit, spec("reverses", c.subject, angle=90.0)]
-    steps = steps_below(c.layout, c.subject) if c.frame.place("down") else ()
-    if steps:
-        return [*downstairs(c, steps), spec("airborne", c.subject, seconds=0.1)]
+    if c.frame.place("down") and descents(c.layout, c.subject):
+        return [*downstairs(c), spec("airborne", c.subject, seconds=0.1)]
     inside = c.frame.place("in", "into")
     if inside is not None and inside.kind != "group":
         # "Bounces into the box": it leaps, and is in it.

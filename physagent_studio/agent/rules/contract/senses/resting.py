@@ -101,6 +101,10 @@ def stay(c: Context) -> list[Spec]:
     """Does not move; "standing" alone only means that it does not fall over."""
     if c.frame.posture == "upright" and c.frame.place("in", "on") is None:
         return [spec("upright", c.subject, tilt=20.0)] if not rolls(c) else still(c)
+    gone = _GOING_ON | {"rise"} if c.frame.posture == "still" else _GOING_ON | _MOVING
+    if c.frame.link == "then" and any(f.sense in gone and not f.agent for f in c.earlier):
+        # "Rolls to the cup and stays there": from then on; not "is pushed but stays put".
+        return _ends(c)
     on = c.frame.place("on", "atop")
     if on is not None and _is_moved(c, on.name):
         # "The plate slides while the orange stays on it": with it.
@@ -148,7 +152,7 @@ def _ends(c: Context) -> list[Spec]:
     found = posture(c)
     if place is not None and place.kind in ("support", "object"):
         found.append(spec("rests_on", c.subject, other=place.name))
-    elif c.frame.sense in ("rest", "end") and not found:
+    elif c.frame.sense in ("rest", "end", "stay") and not found:
         found.append(spec("stops", c.subject))
     return [*found, *quality(c)]
 

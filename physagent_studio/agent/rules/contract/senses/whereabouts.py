@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+from dataclasses import replace
+
 from physagent_studio.agent.rules.contract.senses.remaining import is_container, is_last
 from physagent_studio.agent.rules.contract.specs import (
     SPEC,
@@ -10,9 +13,9 @@ from physagent_studio.agent.rules.contract.specs import (
     any_of,
     spec,
 )
-from physagent_studio.agent.rules.scene.measures import place_name
-from physagent_studio.agent.rules.scene.steps import drop, steps_below
-from physagent_studio.language import Place
+from physagent_studio.agent.rules.scene.measures import level, named_way, place_name
+from physagent_studio.agent.rules.scene.steps import descents, steps_below
+from physagent_studio.language import SLOPE_ENDS, Place
 from physagent_studio.program.scene.state import Ramp
 
 
@@ -48,8 +51,8 @@ def along(c: Context) -> list[Spec]:
             found += _over(c, place)
         elif relation == "up" and _is_ramp(c, place):
             found += _uphill(c, place)
-        elif relation == "down" and (steps := steps_below(c.layout, c.subject)):
-            found += downstairs(c, steps)
+        elif relation == "down" and descents(c.layout, c.subject):
+            found += downstairs(c)
         elif relation in ("down", "object") and is_slope(c, place):
             found += [
                 spec("contacts", c.subject, other=place.name, to_step=SPEC.start_steps + 10),
@@ -117,15 +120,24 @@ def _along_support(c: Context, relation: str, place: Place) -> list[Spec]:
     return [spec("passes_over", c.subject, landmark=place.name)]
 
 
-def downstairs(c: Context, steps: tuple[str, ...]) -> list[Spec]:
-    """Down a flight of steps: to the lowest of them, or past it to the ground.
-
-    steps: those below the one that it stands on, from high to low.
-    """
-    last = spec("contacts", c.subject, other=steps[-1])
-    ground = spec("contacts", c.subject, other=c.layout.ground())
-    least = drop(c.layout, c.subject, steps[-1])
-    return [any_of(last, ground), spec("falls", c.subject, drop=round(0.8 * least, 4))]
+def downstairs(c: Context) -> list[Spec]:
+    """Down a flight of steps: to the lowest of them, or past it to the ground; or as many steps
+    lower as are told, and no farther."""
+    depths, told = descents(c.layout, c.subject), c.frame.steps
+    # As a flight has no fewer steps for it, more than there are is more than can be.
+    deep = 0.8 * (depths[told - 1] if told and told <= len(depths) else depths[-2:][0])
+    if told is None and (steps := steps_below(c.layout, c.subject)):
+        last = spec("contacts", c.subject, other=steps[-1])
+        ground = spec("contacts", c.subject, other=c.layout.ground())
+        return [any_of(last, ground), spec("falls", c.subject, drop=round(deep, 4))]
+    if told is not None and told > len(depths):
+        deep = told * depths[0]
+    # Lower than it stood at first: what hops in place falls as well.
+    found = [spec("moves", c.subject, distance=round(deep, 3), direction="down")]
+    if told is None or told > len(depths) or not is_last(c):
+        return found
+    most = round(depths[told - 1] + 0.5 * depths[0], 3)
+    return [*found, spec("moves", c.subject, distance=most, direction="down", negated=True)]
 
 
 def _is_ramp(c: Context, place: Place) -> bool:
@@ -136,11 +148,13 @@ def _is_ramp(c: Context, place: Place) -> bool:
 def _uphill(c: Context, place: Place) -> list[Spec]:
     """Up a slope: on it, and higher than before."""
     climb = c.length(0.3, 0.02, 0.1)
-    return [
+    found = [
         spec("contacts", c.subject, other=place.name),
         spec("moves", c.subject, distance=climb, direction="up"),
-        spec("airborne", c.subject, seconds=0.25, negated=True),
     ]
+    if any(f.place("off", "from") is not None for f in (c.frame, *c.later)):
+        return found
+    return [*found, spec("airborne", c.subject, seconds=0.25, negated=True)]
 
 
 def is_slope(c: Context, place: Place) -> bool:
@@ -162,11 +176,39 @@ def off(c: Context, place: Place) -> list[Spec]:
     if place.kind == "landmark" or place.name == c.subject:
         return []
     carrier = c.layout.carrier(c.subject)
+    if is_apart(c, place):
+        return farther_from(c, place)
+    if _is_ramp(c, replace(place, part="")) and place.part in SLOPE_ENDS:
+        # Off that end of the slope, and not off the other one.
+        there = spec("passes_over", c.subject, landmark=place_name(place))
+        return [spec("leaves", c.subject, other=place.name), there]
     stacked = carrier is not None and c.layout.state.object(carrier) is not None
     if not stacked or carrier == place.name:
         return [spec("leaves", c.subject, other=place.name)]
     # It stands on others that stand on it: it ends up carried by none of them.
     return [spec("rests_on", c.subject, other=place.name, negated=True)]
+
+
+def is_apart(c: Context, place: Place) -> bool:
+    """Whether a thing is neither touched at first nor told to be met before."""
+    met = {p.name for f in c.earlier for _, p in f.places} | {
+        n for f in c.earlier for n in (*f.patient, *f.agent) if n != c.subject
+    }
+    clear = 0.02  # m, 0.005..0.05: of a gap that is none by mistake
+    gap = c.layout.gap(c.subject, place.name)
+    return place.kind == "object" and place.name not in met and clear < gap < math.inf
+
+
+def farther_from(c: Context, place: Place) -> list[Spec]:
+    """It gets farther from a thing than it was, and never nearer."""
+    name, far = place_name(place), c.length(0.5, 0.02, 0.2)
+    apart = level(c.layout.position(c.subject) - c.layout.position(name))
+    nearer = spec("moves", c.subject, distance=far, toward=name)
+    if c.ways():
+        return [nearer.opposite()]
+    aimed = c.frame.place("toward", "at", "against") is not None or place.kind != "object"
+    way = None if aimed or not c.layout.is_known(name) else named_way(apart)
+    return [spec("moves", c.subject, distance=far, direction=way), nearer.opposite()]
 
 
 def landed_on(c: Context) -> str | None:

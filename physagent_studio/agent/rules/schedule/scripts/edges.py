@@ -81,7 +81,8 @@ def way_off(task: Task) -> tuple[FloatArray, float]:
         way = _common_way(task, edge[0])
     else:
         # A stack without an edge near comes down to one side: what goes takes the next along.
-        way = WAYS["right"]
+        downhill = layout.downhill(task.name)
+        way = WAYS["right"] if downhill is None else unit(level(downhill))
     distance = layout.way_to_edge(task.name, way)
     if not math.isfinite(distance) or (onto_stack and not _off_support(task)):
         distance = layout.extent(carrier, way) if onto_stack and carrier else layout.size(task.name)

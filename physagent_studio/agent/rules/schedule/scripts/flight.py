@@ -9,7 +9,8 @@ import numpy as np
 
 from physagent_studio.agent.rules.scene import mechanics as mech
 from physagent_studio.agent.rules.scene.framing import free_way, good_way
-from physagent_studio.agent.rules.scene.measures import WAYS, place_name
+from physagent_studio.agent.rules.scene.measures import WAYS, FloatArray, place_name, unit
+from physagent_studio.agent.rules.scene.steps import descents
 from physagent_studio.agent.rules.schedule import actions as act
 from physagent_studio.agent.rules.schedule.scripts.task import Task
 from physagent_studio.program.actions import Action, Direction
@@ -26,6 +27,7 @@ class FlightSettings:
     min_rise_sizes: float = 0.25  # own sizes, 0.1..1: lower, and it is hardly seen to rise
     min_rise_m: float = 0.03  # m, 0.01..0.1: likewise, for what is small
     seen_hop_m_s: float = 0.7  # m/s, 0.3..1.5: after the last of several hops: it is seen
+    step_hop_sizes: float = 0.6  # own sizes, 0.3..1.5: how high it hops to a lower step
     # 0.5..1: of the way that is to be gone by hops: while it is kicked it is carried on
     hop_way_share: float = 0.9
     last_hop_m_s: float = 0.55  # m/s, 0.2..1: the same of what has to get somewhere by its hops
@@ -84,11 +86,28 @@ def leap(task: Task) -> list[Action]:
     if hurdle is not None and hurdle.kind == "object" and task.layout.has(hurdle.name):
         return [_over(task, hurdle.name)]
     speed = _hop_speed(task, FLIGHT.seen_hop_m_s)
+    if (down := task.down_the_steps()) is not None:
+        return [_down_a_step(task, down)]
     way = task.way()
     elevation = 65.0 if way not in (None, "up") else 0.0
     named = way if way not in (None, "up") else "up"
     force = act.toward_or_along(speed, way=named, elevation=elevation)
     return [act.push(task.name, force, duration=act.STEPS.kick_steps, label="jump")]
+
+
+def _down_a_step(task: Task, down: FloatArray) -> Action:
+    """A hop that comes down in the middle of a lower step."""
+    lower = descents(task.layout, task.name)[: task.steps][-1]
+    upward = math.sqrt(
+        2 * mech.G * _seen_up(task, FLIGHT.step_hop_sizes * task.layout.size(task.name))
+    )
+    seconds = (upward + math.sqrt(upward**2 + 2 * mech.G * lower)) / mech.G
+    forward = float(np.linalg.norm(down)) / seconds
+    force = act.toward_or_along(
+        math.hypot(upward, forward), vector=unit(down),
+        elevation=math.degrees(math.atan2(upward, forward)),
+    )  # fmt: skip
+    return act.push(task.name, force, duration=act.STEPS.kick_steps, label="jump")
 
 
 def _hop_speed(task: Task, last: float) -> float:

@@ -231,7 +231,7 @@ def _aimed(task: Task, target: Place | None, speed: float) -> Directed:
         return act.toward_or_along(speed, toward=other, azimuth=_beside(task, other))
     down = task.down_the_steps()
     if down is not None and way in (None, "down") and not task.intent.hits:
-        return act.toward_or_along(speed, vector=down)
+        return act.toward_or_along(speed, vector=unit(down))
     if target is not None and (way is None or task.intent.hits or target.kind == "landmark"):
         return act.toward_or_along(speed, toward=place_name(target))
     return act.toward_or_along(speed, way=way or _open_way(task))

@@ -11,6 +11,7 @@ from physagent_studio.agent.rules.scene.measures import UP, WAYS, level, unit
 from physagent_studio.agent.rules.schedule import actions as act
 from physagent_studio.agent.rules.schedule.scripts.task import Task
 from physagent_studio.program.actions import Action, ApplyDisturbance, Direction, FixObject
+from physagent_studio.program.scene.stairs import profile_of
 
 ONWARD = ("roll", "slide", "move", "slip", "bounce", "land", "fall", "leave", "strike")
 
@@ -81,11 +82,20 @@ def up_ramp(task: Task) -> list[Action]:
     uphill = np.array([math.cos(ramp.yaw), math.sin(ramp.yaw), 0.0])
     slope = math.atan2(ramp.rise, ramp.run)
     friction = task.layout.friction(task.name, task.layout.carrier(task.name) or "")
-    left = ramp.rise - max(float(task.layout.position(task.name)[2] - ramp.toe[2]), 0.0)
+    foot = float(task.layout.position(task.name)[2]) - task.layout.extent(task.name, -UP)
+    left = max(ramp.rise - max(foot - ramp.toe[2], 0.0), 0.0)
     climb = min(max(0.4 * ramp.rise, 0.5 * task.layout.size(task.name)), max(0.6 * left, 0.02))
     approach = max(float(level(np.array(ramp.toe) - task.layout.position(task.name)) @ uphill), 0.0)
     energy = mech.G * climb * (1 + friction / max(math.tan(slope), 0.05))
     speed = math.sqrt(2 * (energy + mech.G * friction * approach))
+    if task.off_the_top() is not None:
+        # All the way up, over what is flat behind the edge, and fast enough to get clear of it.
+        along = float(level(task.layout.position(task.name) - np.array(ramp.toe)) @ uphill)
+        end = max(x for x, _ in profile_of(ramp))
+        flat = max(end - max(ramp.run, along), 0.0)
+        energy = mech.G * (left + friction * (flat + left / max(math.tan(slope), 0.05)))
+        energy += mech.G * task.layout.size(task.name)
+        speed = math.sqrt(2 * energy)
     on_it = task.layout.downhill(task.name) is not None
     elevation = math.degrees(slope) if on_it else 0.0
     force = act.toward_or_along(speed, vector=unit(uphill), elevation=elevation)

@@ -22,7 +22,7 @@ from physagent_studio.agent.rules.scene.measures import (
     place_name,
     unit,
 )
-from physagent_studio.agent.rules.scene.steps import steps_below
+from physagent_studio.agent.rules.scene.steps import way_down
 from physagent_studio.agent.rules.schedule import actions as act
 from physagent_studio.language import Place
 from physagent_studio.language.tokens.vocabulary import words_of
@@ -122,14 +122,15 @@ class Task:
         return unit(level(self.layout.position(name) - self.layout.position(self.name)))
 
     def down_the_steps(self) -> FloatArray | None:
-        """Level unit direction (3,) to the next lower step, where it shall go down them."""
+        """The level way (3,) to the middle of the next lower step, or of one so many steps on as
+        is told, where it shall go down them."""
         told = any(f.direction == "down" or f.place("down") for f in self.intent.frames)
-        below = steps_below(self.layout, self.name) if told else ()
-        if not below:
-            return None
-        here = self.layout.carrier(self.name)
-        assert here is not None
-        return unit(level(self.layout.position(below[0]) - self.layout.position(here)))
+        return way_down(self.layout, self.name, self.steps) if told else None
+
+    @property
+    def steps(self) -> int:
+        """How many steps it shall go down at once."""
+        return next((f.steps for f in self.intent.frames if f.steps), 1)
 
     def _side(self) -> Direction | None:
         """The way to the side of a thing on which it shall end, or to what it shall fall
@@ -243,9 +244,16 @@ class Task:
                 return tuple(p.name for p in rows if p.name not in self.intent.hits)
         return ()
 
+    def off_the_top(self) -> Place | None:
+        """The upper end of the ramp that carries it, where it shall come off that."""
+        place, ramp = self.intent.place("off", "from"), self.layout.ramp_below(self.name)
+        if place is None or ramp is None or place.part != "upper_end":
+            return None
+        return place if ramp.name == place.name else None
+
     def ramp_ahead(self) -> Ramp | None:
         """The ramp that it shall go up."""
-        place = self.intent.place("up")
+        place = self.intent.place("up") or self.off_the_top()
         support = self.layout.state.support(place.name) if place is not None else None
         shape = support.shape if support is not None else None
         return shape if isinstance(shape, Ramp) else None

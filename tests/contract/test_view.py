@@ -606,6 +606,18 @@ def test_what_falls_over_need_not_stay_on_its_wheels() -> None:
     assert "view.wheels.cart" not in views(tips)
 
 
+def test_what_comes_off_a_table_may_tumble_from_there() -> None:
+    cart = at({"name": "cart", "shape": {"kind": "box", "size": [0.3, 0.3, 0.1]}}, 0.0, 0.85)
+    cart |= {"wheels": {"heading": 0.0}, "support": "table"}
+    slab = {"kind": "box", "position": [0, 4, 0.4], "size": [1, 1, 0.8]}
+    table = [{"name": "table", "shape": slab}]
+    off = [go("cart", 0.5, 0, 0)]
+    for kind in ("leaves", "contacts"):
+        drives = scene_of([cart], off, says(kind, "cart", other="table"), supports=table)
+        check = views(drives)["view.wheels.cart"]
+        assert check.ok is (kind == "leaves"), check.text
+
+
 # --- the whole -----------------------------------------------------------------------------------
 
 

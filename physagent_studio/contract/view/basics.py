@@ -212,6 +212,10 @@ def on_wheels(facts: Facts, names: tuple[str, ...]) -> list[Check]:
         goes = track.velocities[:, :2]
         speed = np.linalg.norm(goes, axis=1)
         moves = speed > max(0.05, 0.1 * float(speed.max()))
+        if said(facts.program, name, ("leaves",)):
+            # What shall come off what it is on tips over the edge and may tumble from there.
+            off = facts.is_clear(name, facts.whole()) | (track.tilt() > OFF_AXIS)
+            moves &= ~np.logical_or.accumulate(off)
         if not moves.any():
             continue
         along = np.einsum("ti,ti->t", front, goes) / np.maximum(

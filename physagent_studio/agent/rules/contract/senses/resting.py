@@ -102,7 +102,8 @@ def stay(c: Context) -> list[Spec]:
     if c.frame.posture == "upright" and c.frame.place("in", "on") is None:
         return [spec("upright", c.subject, tilt=20.0)] if not rolls(c) else still(c)
     gone = _GOING_ON | {"rise"} if c.frame.posture == "still" else _GOING_ON | _MOVING
-    if c.frame.link == "then" and any(f.sense in gone and not f.agent for f in c.earlier):
+    own = [f for f in c.earlier if f.sense in gone and not (f.agent or f.negated)]
+    if c.frame.link == "then" and own and not c.frame.rest:
         # "Rolls to the cup and stays there": from then on; not "is pushed but stays put".
         return _ends(c)
     on = c.frame.place("on", "atop")

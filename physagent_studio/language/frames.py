@@ -33,7 +33,8 @@ class Place:
 
     kind: what `name` is; a group is what the clause's object stands on or among. part: a place
     on it (`edge`, `end`, `lower_end`, …) or "". landmark_kind: for landmarks that the case does not
-    give, what they would be. ends: the two objects between which a line is meant.
+    give, what they would be. ends: the two objects between which a line is meant. members: the
+    objects that a group consists of, where the words tell.
     """
 
     name: str
@@ -41,6 +42,7 @@ class Place:
     part: str = ""
     landmark_kind: LandmarkKind = "point"
     ends: tuple[str, ...] = ()
+    members: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,8 +50,9 @@ class EventFrame:
     """One thing that happens, or is so, in the prompt.
 
     agent: objects that act. patient: objects that undergo or do it. cause: what else brings it
-    about (wind, friction, person, gravity). any_one: one of the patients suffices; least, most:
-    how many of them, where a number is a limit. only: nothing else of its kind. places: how it
+    about (wind, friction, person, gravity). any_one: one of the patients suffices; as_one: they
+    are named together ("the blocks", "the tower"), and none of them by itself, in a number or as
+    each; least, most: how many of them, where a number is a limit. only: nothing else of its kind. places: how it
     stands to places, first the nearest; begins: how it stands to them at first ("the ball behind
     the box rolls …"). link: how the clause hangs on the one before (`then`, `while`, `before`,
     `after`, `once`, `as`, `which`), or, where it `leads`, on the one that follows. posture: how
@@ -67,6 +70,7 @@ class EventFrame:
     agent: tuple[str, ...] = ()
     cause: str = ""
     any_one: bool = False
+    as_one: bool = False
     least: int = 0
     most: int | None = None
     only: bool = False

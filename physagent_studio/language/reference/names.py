@@ -58,7 +58,8 @@ def _alike(word: str) -> frozenset[str]:
 
 @dataclass(frozen=True, slots=True)
 class Resolved:
-    """Objects that a phrase stands for; any_one: one of them is meant.
+    """Objects that a phrase stands for; any_one: one of them is meant; as_one: several that are
+    named together.
 
     least, most: how many of them, where the phrase sets a limit.
     """
@@ -67,11 +68,13 @@ class Resolved:
     any_one: bool = False
     least: int = 0
     most: int | None = None
+    as_one: bool = False
 
     @property
     def counts(self) -> dict[str, Any]:
         """How many of the names are meant, as the fields of an event frame."""
-        return {"any_one": self.any_one, "least": self.least, "most": self.most}
+        counts = {"any_one": self.any_one, "least": self.least, "most": self.most}
+        return {**counts, "as_one": self.as_one and len(self.names) > 1}
 
 
 def resolve_objects(
@@ -100,7 +103,7 @@ def resolve_objects(
             return _choose(phrase, kind, stock, talk, phrase)
         whole = _whole(phrase.head, stock)
         if whole or group:
-            return Resolved(whole or group)
+            return Resolved(whole or group, as_one=phrase.head in GROUPS)
         rest = tuple(n for n in everything if subject_of_clause or n not in talk.subject)
         return Resolved(rest) if len(rest) > 1 else None
     if phrase.of is not None and phrase.head in v.SIDES:
@@ -303,8 +306,9 @@ def _quantify(
         return Resolved(names[:number])
     if inner.head in v.COLLECTIVES and inner.determiner not in ("a", "an", "another"):
         return Resolved(names)
-    if phrase.plural or inner.plural or phrase.determiner in ("all", "both", "each", "every"):
-        return Resolved(names)
+    every = {phrase.determiner, inner.determiner, phrase.head} & {"all", "both", "each", "every"}
+    if phrase.plural or inner.plural or every:
+        return Resolved(names, as_one=not every)
     if phrase.head in v.OTHERS:
         return Resolved(names)
     last = next((m for m in reversed(talk.mentions) if len(m) == 1 and m[0] in names), None)

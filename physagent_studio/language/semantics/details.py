@@ -33,7 +33,8 @@ PATH_ADJECTIVES: dict[str, Literal["curve", "straight", "circle"]] = {
 
 @dataclass
 class Details:
-    """The modifiers of one clause. struck: objects that a "into …" or "with …" names."""
+    """The modifiers of one clause. struck: objects that a "into …" or "with …" names,
+    struck_as_one: together, as "the blocks" or "the tower"."""
 
     direction: Way | None = None
     origin: Way | None = None
@@ -54,6 +55,7 @@ class Details:
     timing: Literal["", "in_turn", "together"] = ""
     by: tuple[str, ...] = ()
     struck: tuple[str, ...] = ()
+    struck_as_one: bool = False
     unknown: dict[str, None] = field(default_factory=dict)
 
     def object_places(

@@ -17,7 +17,7 @@ from physagent_studio.language.tokens.tokens import singular
 def resolve_place(phrase: NounPhrase, stock: Inventory, talk: Discourse) -> Place | None:
     """The place meant by a noun phrase, or None where it names none that is known."""
     if is_group(phrase, stock) and len(stock.objects) > 1 and phrase.head in GROUPS:
-        return Place("stack", "group")
+        return Place("stack", "group", members=_members(phrase, stock, talk))
     if phrase.pronoun:
         found = of_pronoun(phrase.head, stock, talk, False)
         # "… towards the goal but misses it": nothing misses itself.
@@ -47,6 +47,14 @@ def resolve_place(phrase: NounPhrase, stock: Inventory, talk: Discourse) -> Plac
     if phrase.head in v.LANDMARKS:
         return _needed_landmark(phrase, talk)
     return None
+
+
+def _members(phrase: NounPhrase, stock: Inventory, talk: Discourse) -> tuple[str, ...]:
+    """What a stack, a row or a set consists of, without what acts."""
+    found = resolve_objects(phrase, stock, talk)
+    if found is None or not found.as_one:
+        return ()
+    return tuple(name for name in found.names if name not in talk.acting)
 
 
 def _as_part(own: Place, stock: Inventory) -> Place | None:

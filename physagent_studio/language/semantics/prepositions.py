@@ -25,6 +25,8 @@ from physagent_studio.language.syntax.phrases import NounPhrase
 from physagent_studio.language.tokens import vocabulary as v
 
 STRIKING = frozenset(("into", "against", "with", "on", "onto", "upon"))
+RUNNING = ("into", "against")
+"""Of these, those that mean a blow where they stand before a stack or a row too."""
 TO = ("to", "toward", "towards")
 OUT = {"off": "out of", "from": "from", "into": "into"}
 """How something gets out of, or into, what the picture shows, and how that is said."""
@@ -79,14 +81,9 @@ def take_preposition(
             return
         entry = v.VERBS.get(clause.verb.verb) if clause.verb is not None else None
         beside = preposition == "with" and entry is not None and entry.kind == "move"
-        group = is_group(phrase, stock)
-        if preposition in STRIKING and not beside and not group:
-            details.struck = resolved.names
-        elif preposition in STRIKING and group and entry is not None and entry.sense == "hit":
-            # "Crashes into the tower of blocks": into those it is built of.
-            details.struck = resolved.names
-            talk.mention(resolved.names)
-            return
+        whole = preposition in RUNNING and resolved.as_one
+        if preposition in STRIKING and not beside and (whole or not is_group(phrase, stock)):
+            details.struck, details.struck_as_one = resolved.names, resolved.as_one
     if preposition == "by" and _goes_by(clause):
         preposition = "past"
     _place(preposition, phrase, details, stock, talk)
@@ -207,6 +204,9 @@ def _place(
         details.places = (*details.places, *rows)  # type: ignore[assignment]
         return
     place = resolve_place(phrase, stock, talk)
+    if place is not None and place.members and relation in ("toward", "at", "near", "past"):
+        # "Is thrown at the tower": at one of it.
+        place = Place(place.members[0], "object")
     if place is None or relation is None:
         if preposition == "away_from" and place is not None and place.kind != "group":
             details.places = (*details.places, ("away_from", place))

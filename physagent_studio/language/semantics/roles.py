@@ -175,7 +175,9 @@ class Roles(Subjects):
                 # "The can is hit by the red can": the other one is.
                 subject = replace(subject, names=others)
             return self._done_by(replace(frame, agent=agent), subject)
-        struck = direct or (Resolved(details.struck) if details.struck else None)
+        struck = direct
+        if direct is None and details.struck:
+            struck = Resolved(details.struck, as_one=details.struck_as_one)
         if struck is None:
             if frame.sense == "hit" and subject is not None and not frame.places:
                 frame = replace(
@@ -199,7 +201,11 @@ class Roles(Subjects):
         if len(struck.names) > len(agent) and set(agent) < set(struck.names):
             # "Hits nothing": nothing but itself.
             struck = replace(struck, names=tuple(n for n in struck.names if n not in agent))
-        kept = tuple(p for p in frame.places if p[1].name not in struck.names)
+        kept = tuple(
+            (relation, place)
+            for relation, place in frame.places
+            if place.name not in struck.names and not set(place.members) & set(struck.names)
+        )
         return replace(frame, agent=agent, patient=struck.names, places=kept, **struck.counts)
 
     def _received(

@@ -184,8 +184,10 @@ def met(frame: EventFrame) -> tuple[str, ...]:
     if frame.sense not in _MEETING or frame.agent or frame.negated:
         return ()
     relations = ("off", "against") if frame.sense == "bounce" else ("into", "against")
-    found = (p for r, p in frame.places if r in relations and p.kind == "object" and not p.part)
-    return tuple(p.name for p in found if not is_container(p.name) and p.name not in frame.patient)
+    met_with = [p for r, p in frame.places if r in relations and not p.part]
+    things = [p.name for p in met_with if p.kind == "object" and not is_container(p.name)]
+    members = [name for p in met_with if p.kind == "group" for name in p.members]
+    return tuple(name for name in (*things, *members) if name not in frame.patient)
 
 
 def _hit(frame: EventFrame, name: str, other: str, intent) -> None:  # noqa: ANN001 - a local function

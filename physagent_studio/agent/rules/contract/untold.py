@@ -44,7 +44,8 @@ def untold(
         for relation, place in frame.places:
             # A landmark may belong to another thing ("the stone at the target").
             clauses = tested if place.kind == "landmark" else {frame.clause}
-            mine = {(c, name) for c in clauses for name in (place.name, place_name(place))}
+            names = (place.name, place_name(place), *place.members)
+            mine = {(c, name) for c in clauses for name in names}
             told = mine & named or frame.clause not in tested
             if not told and not _is_given(layout, frame, relation, place):
                 text = f"{place.name.replace('_', ' ')}, in “{said[frame.clause]}”"

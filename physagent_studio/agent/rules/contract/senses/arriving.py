@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from physagent_studio.agent.rules.contract.senses.common import arrival, posture
 from physagent_studio.agent.rules.contract.senses.remaining import is_container, is_last
-from physagent_studio.agent.rules.contract.senses.whereabouts import is_ground, off
+from physagent_studio.agent.rules.contract.senses.whereabouts import is_ground, meets_one, off
 from physagent_studio.agent.rules.contract.specs import (
     Context,
     Spec,
@@ -89,7 +89,9 @@ def land(c: Context) -> list[Spec]:
     """Comes down onto or into something, in a posture where one is said."""
     place = c.frame.place("on", "in", "into", "object", "toward", "at", "atop")
     found: list[Spec] = []
-    if place is None or place.kind == "group":
+    if place is not None and place.members:
+        found += meets_one(c, place)
+    elif place is None or place.kind == "group":
         found.append(_on_something(c))
     elif place.kind == "landmark":
         found.append(spec("lands_in", c.subject, landmark=place_name(place)))

@@ -230,6 +230,8 @@ def _onto(c: Context, relation: str, place: Place) -> list[Spec]:
     if place.kind == "landmark":
         inside = relation in ("in", "into")
         return [spec("lands_in", c.subject, landmark=name)] if inside else []
+    if place.kind == "group" and relation in ("into", "against"):
+        return meets_one(c, place)
     if place.kind == "group":
         return _in_stack(c) if relation == "in" else []
     if relation == "atop":
@@ -251,6 +253,12 @@ def _onto(c: Context, relation: str, place: Place) -> list[Spec]:
         # Where it already is ("a ball on the grass rolls"): how it begins.
         return [spec("contacts", c.subject, other=place.name, to_step=SPEC.start_steps)]
     return [spec("contacts", c.subject, other=place.name)]
+
+
+def meets_one(c: Context, place: Place) -> list[Spec]:
+    """It touches one at least of a stack or a row."""
+    hits = [spec("contacts", c.subject, other=name) for name in place.members if name != c.subject]
+    return [any_of(*hits)] if hits else []
 
 
 def _begins_near(c: Context, place: Place) -> bool:

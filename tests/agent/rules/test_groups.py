@@ -1,0 +1,72 @@
+"""Who hits a stack or a row hits one of it, unless each of them is said."""
+
+from __future__ import annotations
+
+import pytest
+
+from physagent_studio.agent.rules import RuleGenerator
+from physagent_studio.contract.words import claim
+from physagent_studio.program import PhysicalProgram
+from physagent_studio.program.scene.state import Box, Sphere
+from tests.agent.rules.everyday_scenes import EVERYDAY
+from tests.agent.rules.scenes import Stage
+from tests.agent.rules.varied_scenes import VARIED
+
+FLAT = Box(size=(0.1, 0.1, 0.06))
+TOWER = Stage(
+    "tower",
+    {
+        "ball": (Sphere(radius=0.06), (-0.6, 2.5, 0.06), "floor"),
+        "red_block": (FLAT, (0.2, 2.5, 0.09), "wooden_block"),
+        "wooden_block": (FLAT, (0.2, 2.5, 0.03), "floor"),
+    },
+)
+EITHER = {"ball touches red_block or wooden_block", "ball touches wooden_block or red_block"}
+
+
+def demanded(stage: Stage, prompt: str) -> tuple[set[str], PhysicalProgram]:
+    program = RuleGenerator().first(stage.case(prompt), stage.reconstruct)
+    contract = program.contract
+    told = (s for s in contract.statements if s.id not in contract.serving)
+    return {claim(s, program) for s in told}, program
+
+
+@pytest.mark.parametrize(
+    "prompt",
+    [
+        "The ball touches the blocks.",
+        "The ball hits the stack.",
+        "The ball bumps into the stack of blocks.",
+        "The ball rolls into the tower.",
+        "The ball rolls into the tower, which collapses.",
+        "The blocks are hit by the ball.",
+    ],
+)
+def test_one_of_a_stack_is_enough(prompt: str) -> None:
+    told, program = demanded(TOWER, prompt)
+    assert told & EITHER, told
+    assert not any(claim.startswith("ball touches") for claim in told - EITHER)
+    assert not program.contract.untested
+
+
+@pytest.mark.parametrize(
+    "said", ["each of the blocks", "every block", "all the blocks", "both blocks", "the two blocks"]
+)
+def test_each_of_them_is_each_of_them(said: str) -> None:
+    told, _ = demanded(TOWER, f"The ball touches {said}.")
+    assert told == {"ball touches red_block", "ball touches wooden_block"}
+
+
+def test_a_row_is_hit_where_its_first_one_is() -> None:
+    row = "marble touches " + " or ".join(f"domino_{k}" for k in range(1, 6))
+    for said in ("bumps into the row of dominoes", "hits the dominoes"):
+        told, program = demanded(EVERYDAY["dominoes"], f"The marble {said}.")
+        assert told == {row}
+        assert not program.contract.untested
+    told, _ = demanded(VARIED["cups"], "The ping pong ball hits the left and the right cup.")
+    assert told == {"ping_pong_ball touches left_cup", "ping_pong_ball touches right_cup"}
+
+
+def test_what_is_thrown_at_a_stack_goes_there() -> None:
+    told, _ = demanded(TOWER, "The ball is thrown at the tower.")
+    assert any(text.startswith("ball moves towards") for text in told)

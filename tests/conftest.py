@@ -1,9 +1,16 @@
 """Fixtures for every room."""
 
+from __future__ import annotations
+
 import os
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import pytest
+
+if TYPE_CHECKING:
+    from physagent_studio.records import Scene
 
 # Before NumPy and OpenCV are imported: more threads than cores only make the tests slower.
 os.environ.setdefault("OMP_NUM_THREADS", "2")
@@ -45,6 +52,36 @@ def cases_dir() -> Path:
     if not folder.is_dir():
         pytest.skip(f"the real photographs are not here ({folder})")
     return folder
+
+
+@pytest.fixture(scope="session")
+def _scenes() -> dict[tuple[str, str], Scene]:
+    """What `shared_scenes` keeps."""
+    return {}
+
+
+@pytest.fixture(scope="module")
+def shared_scenes(_scenes: dict[tuple[str, str], Scene]) -> Iterator[None]:
+    """The examples' photographs are reconstructed once, for tests of what comes after that.
+
+    Only what begins with no earlier scene is kept. Not for tests that change how a reconstruction
+    is made, or hold one against another.
+    """
+    from physagent_studio import reconstruction
+
+    made: Callable[..., Scene] = reconstruction.reconstruct
+
+    def shared(case: Any, state: Any, **words: Any) -> Scene:
+        if words.get("previous") is not None or words.get("assets"):
+            return made(case, state, **words)
+        key = (reconstruction.scene_hash(case, state, words["learned"].key), case.name)
+        if key not in _scenes:
+            _scenes[key] = made(case, state, **words)
+        return _scenes[key]
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(reconstruction, "reconstruct", shared)
+        yield
 
 
 @pytest.fixture(scope="session")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import lru_cache
 
 import pytest
 
@@ -15,6 +16,7 @@ from physagent_studio.contract import measure
 from physagent_studio.program import PhysicalProgram, SetField, apply
 from physagent_studio.records import (
     Case,
+    Check,
     Decision,
     LoopState,
     Override,
@@ -29,6 +31,17 @@ PROMPT = "The bowling ball rolls toward the middle pin, hits it and knocks it ov
 FORCE = "event.actions.push_bowling_ball.force"
 SPEED, AIM = f"{FORCE}.magnitude", f"{FORCE}.azimuth"
 STAGE = STAGES["lane"]
+
+
+@lru_cache(maxsize=128)
+def _run(program: str) -> Rollout:
+    """A run; the same search begins most tests, and asks for the same runs."""
+    return simulate(PhysicalProgram.model_validate_json(program), {})
+
+
+@lru_cache(maxsize=128)
+def _checks(program: str, rollout: Rollout) -> tuple[Check, ...]:
+    return measure(PhysicalProgram.model_validate_json(program), rollout)
 
 
 class Weak:
@@ -50,8 +63,8 @@ class Loop:
         self.bench = Bench(
             case=STAGE.case(PROMPT),
             reconstruct=lambda state, before: STAGE.reconstruct(state),
-            simulate=lambda program, scene: simulate(program, {}),
-            measure=lambda program, rollout, scene: measure(program, rollout),
+            simulate=lambda program, scene: _run(program.model_dump_json()),
+            measure=lambda program, rollout, scene: _checks(program.model_dump_json(), rollout),
             view=lambda scene: None,
             evidence=lambda scene, rollout: (),
             put_scene=self._put_scene,

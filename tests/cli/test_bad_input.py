@@ -5,12 +5,15 @@ from __future__ import annotations
 import socket
 import subprocess
 import sys
+from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 
 import cv2
 import numpy as np
 import pytest
 
+from physagent_studio.cli import main
 from physagent_studio.cli.clips import export_session
 from physagent_studio.cli.early import RunRequest, video_name
 from physagent_studio.cli.programs import reconstruct_case
@@ -26,10 +29,41 @@ events: {{falls: The ball falls.}}
 """
 
 
-def physagent(*words: str, home: Path) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", "physagent_studio", *words]
-    environment = {"PHYSAGENT_HOME": str(home), "PATH": "/usr/bin:/bin", "HOME": str(home)}
-    return subprocess.run(command, capture_output=True, text=True, env=environment, timeout=120)
+@dataclass(frozen=True, slots=True)
+class Said:
+    """What a command came to."""
+
+    returncode: int
+    stdout: str
+    stderr: str
+
+
+Physagent = Callable[..., Said]
+
+
+@pytest.fixture
+def physagent(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Physagent:
+    """The command line, in this process: to start one for each would cost more than all else."""
+
+    def call(*words: str, home: Path) -> Said:
+        monkeypatch.setenv("PHYSAGENT_HOME", str(home))
+        monkeypatch.setattr(sys, "argv", ["physagent", *words])
+        monkeypatch.setattr(sys, "excepthook", sys.excepthook)
+        capsys.readouterr()
+        with pytest.raises(SystemExit) as ended:
+            main()
+        assert isinstance(ended.value.code, int)
+        said = capsys.readouterr()
+        return Said(ended.value.code, said.out, said.err)
+
+    return call
+
+
+def test_it_is_the_same_in_a_process_of_its_own(tmp_path: Path) -> None:
+    command = [sys.executable, "-m", "physagent_studio", "run", "./nowhere"]
+    environment = {"PHYSAGENT_HOME": str(tmp_path), "PATH": "/usr/bin:/bin", "HOME": str(tmp_path)}
+    done = subprocess.run(command, capture_output=True, text=True, env=environment, timeout=120)
+    one_sentence(Said(done.returncode, done.stdout, done.stderr), "nowhere")
 
 
 def case_folder(folder: Path, *, image: str = "input.png", x: float | str = 20) -> Path:
@@ -40,7 +74,7 @@ def case_folder(folder: Path, *, image: str = "input.png", x: float | str = 20) 
     return folder
 
 
-def one_sentence(result: subprocess.CompletedProcess[str], *words: str) -> None:
+def one_sentence(result: Said, *words: str) -> None:
     lines = result.stderr.strip().splitlines()
     assert result.returncode == 2, result.stderr
     assert "Traceback" not in result.stderr
@@ -58,18 +92,20 @@ def one_sentence(result: subprocess.CompletedProcess[str], *words: str) -> None:
         ({"x": ".nan"}, ("ball",)),
     ],
 )
-def test_a_broken_case(tmp_path: Path, change: dict[str, str], said: tuple[str, ...]) -> None:
+def test_a_broken_case(
+    tmp_path: Path, physagent: Physagent, change: dict[str, str], said: tuple[str, ...]
+) -> None:
     folder = case_folder(tmp_path / "case", **change)  # type: ignore[arg-type]
     one_sentence(physagent("run", str(folder), "--event", "falls", home=tmp_path), *said)
 
 
-def test_unknown_event_names_the_known_ones(tmp_path: Path) -> None:
+def test_unknown_event_names_the_known_ones(tmp_path: Path, physagent: Physagent) -> None:
     folder = case_folder(tmp_path / "case")
     result = physagent("run", str(folder), "--event", "fals", home=tmp_path)
     one_sentence(result, "fals", "falls")
 
 
-def test_a_missing_target(tmp_path: Path) -> None:
+def test_a_missing_target(tmp_path: Path, physagent: Physagent) -> None:
     one_sentence(physagent("run", "./nowhere", home=tmp_path), "nowhere")
     one_sentence(physagent("render", "nosession", "--out", "x.mp4", home=tmp_path), "nosession")
 
@@ -95,7 +131,7 @@ event:
     ],
 )
 def test_a_broken_program(
-    tmp_path: Path, name: str, force: str, start: str, said: tuple[str, ...]
+    tmp_path: Path, physagent: Physagent, name: str, force: str, start: str, said: tuple[str, ...]
 ) -> None:
     path = tmp_path / "program.yaml"
     path.write_text(PROGRAM.replace("NAME", name).replace("FORCE", force).replace("START", start))
@@ -105,7 +141,7 @@ def test_a_broken_program(
     assert not out.exists()
 
 
-def test_an_unwritable_workspace(tmp_path: Path) -> None:
+def test_an_unwritable_workspace(tmp_path: Path, physagent: Physagent) -> None:
     folder = case_folder(tmp_path / "case")
     blocked = tmp_path / "blocked"
     blocked.write_text("a file, not a folder")
@@ -113,7 +149,9 @@ def test_an_unwritable_workspace(tmp_path: Path) -> None:
     one_sentence(result, "blocked", "cannot be written")
 
 
-def test_a_workspace_that_is_not_there_is_no_empty_one(tmp_path: Path) -> None:
+def test_a_workspace_that_is_not_there_is_no_empty_one(
+    tmp_path: Path, physagent: Physagent
+) -> None:
     wrong, empty = tmp_path / "wrong", tmp_path / "empty"
     result = physagent("sessions", "--workspace", str(wrong), home=tmp_path)
     one_sentence(result, str(wrong), "does not exist")
@@ -126,7 +164,7 @@ def test_a_workspace_that_is_not_there_is_no_empty_one(tmp_path: Path) -> None:
         assert "no sessions yet" in result.stdout
 
 
-def test_broken_lessons(tmp_path: Path) -> None:
+def test_broken_lessons(tmp_path: Path, physagent: Physagent) -> None:
     folder, lessons = case_folder(tmp_path / "case"), tmp_path / "lessons.yaml"
     wanted = ("run", str(folder), "--event", "falls", "--lessons", str(lessons))
     one_sentence(physagent(*wanted, home=tmp_path), "lessons.yaml", "cannot be read")
@@ -134,7 +172,7 @@ def test_broken_lessons(tmp_path: Path) -> None:
     one_sentence(physagent(*wanted, home=tmp_path), "lessons.yaml, line 2", "factor")
 
 
-def test_a_busy_port(tmp_path: Path) -> None:
+def test_a_busy_port(tmp_path: Path, physagent: Physagent) -> None:
     folder = case_folder(tmp_path / "case")
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))
@@ -144,7 +182,7 @@ def test_a_busy_port(tmp_path: Path) -> None:
     one_sentence(result, port)
 
 
-def test_a_malformed_object_word(tmp_path: Path) -> None:
+def test_a_malformed_object_word(tmp_path: Path, physagent: Physagent) -> None:
     picture = tmp_path / "p.png"
     cv2.imwrite(str(picture), np.full((48, 64, 3), 128, np.uint8))
     result = physagent(

@@ -13,6 +13,8 @@ from physagent_studio.cli.guard import WAITING
 from physagent_studio.cli.run import run_loop
 from physagent_studio.errors import InputError
 
+pytestmark = pytest.mark.usefixtures("shared_scenes")
+
 REQUEST = RunRequest(
     target=str(assets_dir() / "demo"),
     event="knocks_block_over",

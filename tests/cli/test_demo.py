@@ -14,6 +14,8 @@ from physagent_studio.session import Store
 from physagent_studio.workbench.desk import Desk
 from physagent_studio.workbench.engine import Control
 
+pytestmark = pytest.mark.usefixtures("shared_scenes")
+
 
 def rounds_of(folder: Path, event: str) -> list[Assessment]:
     """What every round of an event came to, the proposals accepted."""

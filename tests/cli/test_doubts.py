@@ -9,9 +9,13 @@ import cv2
 import pytest
 from typer.testing import CliRunner, Result
 
+from physagent_studio import reconstruction
 from physagent_studio.assets import assets_dir
 from physagent_studio.cli.app import app
+from physagent_studio.reconstruction import pipeline
 from physagent_studio.reconstruction.masks import sureness
+
+pytestmark = pytest.mark.usefixtures("shared_scenes")
 
 DEMO = str(assets_dir() / "demo")
 
@@ -25,6 +29,7 @@ def _run(home: Path, *words: str) -> Result:
 def doubtful(monkeypatch: pytest.MonkeyPatch) -> None:
     """Every mask from clicks is taken for a poor one."""
     monkeypatch.setattr(sureness, "CLICK_WEIGHTS", {"constant": -2.0})
+    monkeypatch.setattr(reconstruction, "reconstruct", pipeline.reconstruct)
 
 
 @pytest.mark.usefixtures("doubtful")

@@ -12,6 +12,8 @@ from physagent_studio.assets import assets_dir
 from physagent_studio.cli.early import RunRequest
 from physagent_studio.cli.run import run_loop
 
+pytestmark = pytest.mark.usefixtures("shared_scenes")
+
 
 def report_of(folder: Path, capsys: pytest.CaptureFixture[str]) -> dict[str, Any]:
     """One round of an event of the demo."""

@@ -17,7 +17,7 @@ PATIENCE = 120.0
 
 
 @pytest.fixture(scope="module")
-def ran(tmp_path_factory: pytest.TempPathFactory):
+def ran(tmp_path_factory: pytest.TempPathFactory, shared_scenes: None):
     """The demo's easiest event, run once."""
     workbench = Workbench(Store(tmp_path_factory.mktemp("sessions")), evidence=False)
     workbench.post(commands.OpenCase(assets_dir() / "demo", "knocks_block_over"))

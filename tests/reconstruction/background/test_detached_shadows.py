@@ -11,7 +11,8 @@ import pytest
 
 from physagent_studio.benchmark.reconstruction.plates import SIZE, TEXTURES, WALL
 from physagent_studio.program.scene.camera import Camera
-from physagent_studio.reconstruction.background.plate import background
+from physagent_studio.reconstruction.background.plate import background, taken_out
+from physagent_studio.reconstruction.background.surfaces import surfaces
 from physagent_studio.reconstruction.photo.regions import BoolArray
 from physagent_studio.records.case import Image
 
@@ -67,14 +68,13 @@ def left(item: Above, *, told: bool) -> float:
     return float(np.abs(plate.astype(float) - item.truth)[item.shade].mean())
 
 
+@pytest.mark.parametrize("seeds", [SEEDS[:3], pytest.param(SEEDS[3:], marks=pytest.mark.slow)])
 @pytest.mark.parametrize("texture", sorted(TEXTURES))
-def test_the_shadow_of_a_thing_in_the_air_leaves_with_it(texture: str) -> None:
-    before, after = (
-        np.array([left(above(texture, seed, 0.5), told=told) for seed in SEEDS])
-        for told in (False, True)
-    )
+def test_the_shadow_of_a_thing_in_the_air_leaves_with_it(texture: str, seeds: range) -> None:
+    items = [above(texture, seed, 0.5) for seed in seeds]
+    before, after = (np.array([left(item, told=told) for item in items]) for told in (False, True))
     assert np.median(after) < 0.45 * np.median(before)
-    assert np.count_nonzero(after < 0.7 * before) >= len(SEEDS) - 1
+    assert np.count_nonzero(after < 0.7 * before) >= len(seeds) - 1
 
 
 @pytest.mark.parametrize("texture", sorted(TEXTURES))
@@ -82,9 +82,10 @@ def test_ground_without_a_shadow_stays_as_it_is(texture: str) -> None:
     same = 0
     for seed in SEEDS:
         item = above(texture, seed, 0.0)
+        faces = surfaces(item.seen, item.mask, item.camera, ())
+        # What is taken out is all that a plate knows of what is aloft.
         plain, told = (
-            background(item.seen, [item.mask], camera=item.camera, aloft=aloft)
-            for aloft in ((), [item.mask])
+            taken_out(item.seen, [item.mask], faces, aloft=aloft) for aloft in ((), [item.mask])
         )
-        same += np.array_equal(plain, told)
+        same += all(map(np.array_equal, plain, told))
     assert same >= len(SEEDS) - 1

@@ -50,18 +50,17 @@ class EventFrame:
     """One thing that happens, or is so, in the prompt.
 
     agent: objects that act. patient: objects that undergo or do it. cause: what else brings it
-    about (wind, friction, person, gravity). any_one: one of the patients suffices; as_one: they
-    are named together ("the blocks", "the tower"), and none of them by itself, in a number or as
-    each; least, most: how many of them, where a number is a limit. only: nothing else of its kind. places: how it
-    stands to places, first the nearest; begins: how it stands to them at first ("the ball behind
-    the box rolls …"). link: how the clause hangs on the one before (`then`, `while`, `before`,
-    `after`, `once`, `as`, `which`), or, where it `leads`, on the one that follows. posture: how
-    it ends (`upright`, `flat`, `side`, `still`, `inverted`). share: of the way to `extent`, from
-    … to. timing: whether several do it in turn or together. steps: how many of a flight of stairs
-    it goes down. distance, speed, angle, delay: how
-    far, how fast, how many degrees, how many seconds after the beginning. sequel: the prompt says
-    that it comes after the frame before. rest: it is about the others of those that the frame
-    before picks from.
+    about (wind, friction, person, gravity). any_one: one of the patients suffices; as_one: they are
+    named together ("the blocks", "the tower"), and none of them by itself, in a number or as each;
+    least, most: how many of them, where a number is a limit. only: nothing else of its kind.
+    places: how it stands to places, first the nearest; begins: how it stands to them at first ("the
+    ball behind the box rolls …"). link: how the clause hangs on the one before (`then`, `while`,
+    `before`, `after`, `once`, `as`, `which`), or, where it `leads`, on the one that follows.
+    posture: how it ends (`upright`, `flat`, `side`, `still`, `inverted`). share: of the way to
+    `extent`, from … to. timing: whether several do it in turn or together. steps: how many of a
+    flight of stairs it goes down. distance, speed, angle, delay: how far, how fast, how many
+    degrees, how many seconds after the beginning. sequel: the prompt says that it comes after the
+    frame before. rest: it is about the others of those that the frame before picks from.
     """
 
     sense: str

@@ -35,7 +35,7 @@ def with_blows(frames: list[EventFrame]) -> list[EventFrame]:
         several = len(after.patient) > 1 and not after.counted
         blow = EventFrame(
             clause=frame.clause, sense="hit", agent=frame.patient, patient=after.patient,
-            any_one=several, link=frame.link,
+            as_one=several, link=frame.link,
         )  # fmt: skip
         kept = tuple(row for row in frame.places if row != aim)
         found[found.index(frame)] = replace(frame, places=kept)

@@ -87,7 +87,7 @@ def take_preposition(
     if preposition == "by" and _goes_by(clause):
         preposition = "past"
     _place(preposition, phrase, details, stock, talk)
-    if resolved is not None and phrase.head not in GROUPS:
+    if resolved is not None and (phrase.head not in GROUPS or preposition in ("into", "against")):
         # Only now: the second bottle is still the second while its place is looked up.
         talk.mention(resolved.names)
 

@@ -70,3 +70,28 @@ def test_a_row_is_hit_where_its_first_one_is() -> None:
 def test_what_is_thrown_at_a_stack_goes_there() -> None:
     told, _ = demanded(TOWER, "The ball is thrown at the tower.")
     assert any(text.startswith("ball moves towards") for text in told)
+
+
+@pytest.mark.parametrize(
+    "prompt",
+    [
+        "The ball rolls into the blocks and the stack tumbles down.",
+        "The ball rolls towards the tower and the tower falls down.",
+        "The ball crashes into the tower of blocks and the red block falls down.",
+    ],
+)
+def test_the_blow_that_brings_it_down_is_demanded_where_it_is_left_unsaid(prompt: str) -> None:
+    told, program = demanded(TOWER, prompt)
+    assert told & EITHER, told
+    # It comes before the fall, nothing else makes them fall, and the lowest one may stay.
+    assert any("before red_block falls" in claim for claim in told), told
+    assert {action.name for action in program.event.actions} == {"ball"}
+    assert not any("wooden_block tilts" in claim for claim in told)
+
+
+def test_what_goes_towards_some_hits_those_that_fall_over() -> None:
+    told, program = demanded(
+        VARIED["cups"], "The ball rolls towards the cups and only the left one falls over."
+    )
+    assert "ping_pong_ball touches left_cup" in told
+    assert {action.name for action in program.event.actions} == {"ping_pong_ball"}

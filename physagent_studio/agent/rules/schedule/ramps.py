@@ -172,7 +172,9 @@ def _tip_at_bottom(task: Task) -> list[Action]:
     steps = 25  # steps, 15..40: that tipping over takes
     rate = math.radians(90) / (steps * task.clip.step_seconds)
     grip = 0.4  # 0.2..0.8: friction of its side on the ground
-    scraping = Directed(magnitude=round(grip * mech.G, 3), along="against_velocity", quantity="acceleration")
+    scraping = Directed(
+        magnitude=round(grip * mech.G, 3), along="against_velocity", quantity="acceleration"
+    )
     return [
         act.spin(task.name, axis * side, rate, duration=steps, when=when, label="tip"),
         act.push(task.name, scraping, duration=steps, when=when, label="scrape"),

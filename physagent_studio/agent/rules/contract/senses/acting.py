@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from physagent_studio.agent.rules.contract.senses.common import (
+    hit_as_one,
     siblings,
     sideways_fall,
     struck_before,
@@ -26,9 +27,7 @@ def hit(c: Context) -> list[Spec]:
     """Two objects touch."""
     if c.frame.negated and not c.frame.agent:
         return _touched_by_anything(c)
-    stacked = any(c.layout.carrier(name) in c.frame.patient for name in c.frame.patient)
-    whole = c.frame.as_one and (stacked or len(c.frame.patient) > 2)
-    # Who hits a stack or a row hits one of it.
+    whole = hit_as_one(c, c.frame)
     found = [*(touch_one(c) if whole else touch(c)), *siblings(c)]
     if c.frame.agent and c.frame.manner & {"gentle", "slow"}:
         found.append(spec("speed_between", c.frame.agent[0], low=0.01, high=1.5))

@@ -202,7 +202,8 @@ def struck_before(c: Context) -> list[Spec]:
         if frame.sense != "hit" or not frame.agent:
             continue
         if c.subject in frame.patient:
-            return [spec("contacts", frame.agent[0], other=c.subject)]
+            struck = frame.patient if hit_as_one(c, frame) else (c.subject,)
+            return [any_of(*(spec("contacts", frame.agent[0], other=name) for name in struck))]
         if c.subject in frame.agent and frame.patient:
             return [spec("contacts", c.subject, other=frame.patient[0])]
     for frame in c.reading.frames[: c.index]:
@@ -210,6 +211,12 @@ def struck_before(c: Context) -> list[Spec]:
         if c.subject in met(frame) and not frame.any_one and len(frame.patient) == 1:
             return [spec("contacts", frame.patient[0], other=c.subject)]
     return []
+
+
+def hit_as_one(c: Context, frame: EventFrame) -> bool:
+    """Whether a blow is to a stack or a row: who hits one of it has hit it."""
+    stacked = any(c.layout.carrier(name) in frame.patient for name in frame.patient)
+    return frame.as_one and (stacked or len(frame.patient) > 2)
 
 
 def posture(c: Context) -> list[Spec]:

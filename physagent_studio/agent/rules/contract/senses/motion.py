@@ -158,6 +158,9 @@ def fall(c: Context) -> list[Spec]:
     stands = c.layout.has(c.subject) and not c.layout.is_raised(c.subject)
     off = c.frame.place("off", "from")
     raised = was_raised(c)
+    if off is None and _carried_by_its_own(c):
+        # Of a stack that comes down, what is at the bottom need not fall.
+        return []
     if off is None and _only_topples(c):
         return topple(c)
     # What was lifted comes down by less than what stood high to begin with.
@@ -171,9 +174,6 @@ def fall(c: Context) -> list[Spec]:
     if ways:
         far = c.length(0.5, 0.02, 0.2)
         found.append(any_of(*(spec("moves", c.subject, distance=far, direction=w) for w in ways)))
-    if _carried_by_its_own(c) and off is None:
-        # Of a stack that comes down, what is at the bottom need not fall.
-        return []
     told = c.earlier[-1].sense if c.earlier else ""
     if told == "lose_support":
         found += _straight_down(c, found[0])

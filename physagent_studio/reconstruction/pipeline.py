@@ -41,6 +41,12 @@ from physagent_studio.reconstruction.shapes.meshes import support_mesh
 from physagent_studio.reconstruction.shapes.offers import ranked, ranking
 from physagent_studio.reconstruction.shapes.stated_meshes import stated_mesh
 from physagent_studio.reconstruction.shapes.stems import with_parts
+from physagent_studio.reconstruction.shapes.threads import (
+    Thread,
+    length_of,
+    thread_above,
+    with_thread,
+)
 from physagent_studio.reconstruction.supports import stances as layout
 from physagent_studio.reconstruction.supports.seen_ends import Shown
 from physagent_studio.reconstruction.supports.stances import Stance
@@ -186,10 +192,13 @@ def _look(
     run.at("textures", 0.78)
     bodies = _bodies(sight, placed, assets)
     meshes = bodies | skinned(image, masks, done, bodies)
+    threads = _threads(image, masks, done)
+    done, meshes = _hung(done, meshes, threads)
+    gone = masks | {name: masks[name] | thread.area for name, thread in threads.items()}
     run.at("background", 0.82)
     inpaint = Inpainting(run.learned, run.cancelled)
     aloft = [item.name for item in done.objects if in_air(item)]
-    plate = scene_plate(image, masks, sight.found, camera, done.supports, previous, aloft, inpaint)
+    plate = scene_plate(image, gone, sight.found, camera, done.supports, previous, aloft, inpaint)
     run.at("checks", 0.97)
     fixed = _support_meshes(done)
     # Checked is what collides: what is drawn lies in its mask whatever the body is.
@@ -200,7 +209,7 @@ def _look(
         state=done,
         photo=image,
         plate=plate,
-        masks=MappingProxyType(masks),
+        masks=MappingProxyType(masks | {n: masks[n] | line.core for n, line in threads.items()}),
         meshes=MappingProxyType(meshes),
         support_meshes=MappingProxyType(fixed),
         candidates=MappingProxyType(dict(sight.candidates)),
@@ -210,6 +219,33 @@ def _look(
         sureness=MappingProxyType(sureness(image, masks, sight.candidates, groundings, previous)),
         learned=uses_of(inpaint, state.objects, sight.candidates, plate, previous),
     )
+
+
+def _threads(image: Image, masks: Mapping[str, BoolArray], state: SceneState) -> dict[str, Thread]:
+    """By which threads things that hang are seen to hang."""
+    found = {}
+    for item in state.objects:
+        if item.aloft == "hangs" and item.name in masks:
+            taken = np.any([mask & (name != item.name) for name, mask in masks.items()], axis=0)
+            if (thread := thread_above(image, masks[item.name], taken)) is not None:
+                found[item.name] = thread
+    return found
+
+
+def _hung(
+    state: SceneState, meshes: Mapping[str, Mesh], threads: Mapping[str, Thread]
+) -> tuple[SceneState, dict[str, Mesh]]:
+    """The state and the looks with the threads that things hang by."""
+    camera, out, items = state.camera, dict(meshes), []
+    assert camera is not None
+    for item in state.objects:
+        thread = threads.get(item.name)
+        if thread is not None and item.name in out and item.position is not None:
+            out[item.name] = with_thread(out[item.name], item, camera, thread)
+            length = round(length_of(thread, item, camera), 4)
+            item = item if item.thread is not None else item.model_copy(update={"thread": length})
+        items.append(item)
+    return state.model_copy(update={"objects": tuple(items)}), out
 
 
 def _seen(

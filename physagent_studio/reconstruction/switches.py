@@ -89,6 +89,7 @@ BODIES = {
     "feet": "silhouettes are laid across two feet",
     "bodies without parts": "what stands off a body does not make it wider",
     "stems": "parts beside the body are drawn with it",
+    "threads": "what hangs takes its thread along",
     "alike kinds": "things of one name have one kind of form",
     "depenetration": "what stands in another is moved away",
     "flats": "what balances on its end gets flats",

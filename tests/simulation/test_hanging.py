@@ -57,6 +57,19 @@ def test_what_hangs_swings_where_it_is_struck(run) -> None:
     assert height(rollout, "bell", rollout.steps) == pytest.approx(1.1, abs=0.02)
 
 
+def test_what_hangs_by_a_thread_swings_about_the_end_of_that() -> None:
+    place = "position: [-0.5, 2, 1.1]"
+    program = load_program(PROGRAM.replace(place, f"{place}, thread: 0.4"))
+    bell = program.scene.object("bell")
+    assert bell is not None
+    assert bell.thread == 0.4
+    rollout = Simulator().simulate(program)
+    path = rollout.positions[:, rollout.index("bell")]
+    assert np.ptp(path[:, 0]) > 5e-3
+    away = np.linalg.norm(path - np.array([-0.5, 2, 1.5]), axis=1)
+    assert away == pytest.approx(0.4, abs=5e-3)
+
+
 def test_a_push_ends_the_hanging_and_goes_on_from_a_snapshot(run) -> None:
     program, before = run
     push = {"operator": "SetVelocity", "id": "push", "name": "lamp", "velocity": [0.5, 0, 0],

@@ -15,7 +15,12 @@ from physagent_studio.agent.rules.scene.footing import (
     with_room,
     with_walls_weighed,
 )
-from physagent_studio.agent.rules.scene.hanging import bounces_unseen, from_nowhere, in_the_air
+from physagent_studio.agent.rules.scene.hanging import (
+    as_far_as_met,
+    bounces_unseen,
+    from_nowhere,
+    in_the_air,
+)
 from physagent_studio.agent.rules.scene.materials import ground_material, material_of, unknown
 from physagent_studio.agent.rules.scene.measures import Layout
 from physagent_studio.agent.rules.scene.named_tables import surface_left
@@ -64,7 +69,8 @@ class RuleGenerator:
         masks: Mapping[str, np.ndarray] = MappingProxyType({}),
     ) -> PhysicalProgram:
         """The program over a completed scene state. masks: (H, W) bool of objects in the photo."""
-        state = with_room(with_depth(without_withdrawn(state, reading)))
+        state = as_far_as_met(without_withdrawn(state, reading), reading)
+        state = with_room(with_depth(state))
         state = with_walls_weighed(state)
         state = with_hold(_with_landmarks(state, reading))
         clip = Clip()

@@ -160,7 +160,9 @@ class SceneObject(Frozen):
     position: centre of mass in the world, m. rotation: pose R_world_body; reconstruction sets it
     together with an open shape. support: what it stands on in the picture (support or object),
     "air" for nothing, None for open. aloft: it `hangs` in the air until the first action on it
-    begins, or `floats` without weight; None: in the air it falls. material: a row of
+    begins, or `floats` without weight; None: in the air it falls. thread: length of the thread or
+    cord that it is seen to hang by, from its middle to where that is held, m; None where none is
+    seen. material: a row of
     `program.materials`; density (kg/m³), friction, restitution and rolling (resistance of round
     things, the force that it takes to keep one rolling over its weight) override that row. body:
     how it holds together. wheels: on which it stands, None for none. form: the kind of shape that
@@ -175,6 +177,7 @@ class SceneObject(Frozen):
     rotation: Quaternion = IDENTITY
     support: Name | None = None
     aloft: Aloft | None = None
+    thread: Length | None = None
     material: Name = "plastic"
     density: Density | None = None
     friction: Friction | None = None
@@ -259,7 +262,7 @@ class SceneState(Frozen):
     def without(self) -> dict[str, Any]:
         """What a hash leaves out (pydantic's `exclude`): fields that came later and are not used,
         so that a scene without them keeps the hash that it always had."""
-        later = ("wheels", "aloft")
+        later = ("wheels", "aloft", "thread")
         rows = enumerate(self.objects)
         unused = {i: {f for f in later if getattr(o, f) is None} for i, o in rows}
         unused = {i: fields for i, fields in unused.items() if fields}

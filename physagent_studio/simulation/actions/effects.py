@@ -124,13 +124,18 @@ class _FixObject(Effect):
 
 class Hanging(_FixObject):
     """Keeps a thing that hangs: rigid, by a point straight above its middle, so that it swings
-    when it is struck; anything else as it is.
+    when it is struck; anything else as it is. thread: how far above, m; None for its own end.
     """
+
+    def __init__(self, action: actions.FixObject, thread: float | None = None) -> None:
+        super().__init__(action)
+        self._thread = thread
 
     def begin(self, world: World) -> None:
         part = world.part(self.name)
         if isinstance(part, RigidPart):
-            reach = float(world.compiled.solids[world.names[self.name]].extent.max()) / 2
+            own = float(world.compiled.solids[world.names[self.name]].extent.max()) / 2
+            reach = own if self._thread is None else self._thread
             above = part.centre() + np.array([0.0, 0.0, reach])
             self._point = part.rotation().T @ (above - part.position())
             part.pin(self._point)

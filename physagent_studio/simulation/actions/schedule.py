@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Any
 
 from physagent_studio.program import Action, After, OnContact, duration_of
@@ -34,13 +35,17 @@ class Schedule:
     """
 
     def __init__(
-        self, actions: tuple[Action, ...], steps: int, hanging: tuple[str, ...] = ()
+        self,
+        actions: tuple[Action, ...],
+        steps: int,
+        hanging: Mapping[str, float | None] = MappingProxyType({}),
     ) -> None:
-        """hanging: things that stay where they are until the first action on them begins."""
+        """hanging: things that stay where they are until the first action on them begins, and how
+        long the thread is that each hangs by, m, where one is seen."""
         self._steps = steps
         heard = (item for item in actions if not item.muted)
         self.slots = tuple(Slot(item, EFFECTS[type(item)](item)) for item in heard)
-        self.hanging = tuple(_hanging(name, steps) for name in hanging)
+        self.hanging = tuple(_hanging(name, thread, steps) for name, thread in hanging.items())
         self._by_id = {slot.action.id: slot for slot in self.slots}
         self._edges: set[int] = {0} if self.hanging else set()
         self.active: list[Slot] = []
@@ -163,7 +168,7 @@ class Schedule:
         return ending, starting
 
 
-def _hanging(name: str, steps: int) -> Slot:
+def _hanging(name: str, thread: float | None, steps: int) -> Slot:
     """What keeps a thing in the air; no action can have its id."""
     held = FixObject.model_construct(id=f"hanging {name}", name=name, start_step=0, duration=steps)
-    return Slot(held, Hanging(held), 0, steps)
+    return Slot(held, Hanging(held, thread), 0, steps)

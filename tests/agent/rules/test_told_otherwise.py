@@ -110,6 +110,21 @@ def test_what_hangs_swings_to_and_fro_without_falling() -> None:
     assert np.ptp(path[:, 2]) < 0.05 < np.ptp(path[:, 0])
 
 
+@pytest.mark.parametrize("far", [3.0, 3.6])
+def test_what_swings_hits_what_stands_beside_it(far: float) -> None:
+    # How far away the lamp hangs no picture tells: as far as what it hits.
+    post = (Box(size=(0.06, 0.06, 1.3)), (0.2 * far / 3.0, far, 0.65), "floor")
+    stage = Stage("lamp", {**LAMP.objects, "post": post})
+    program = first(stage, "The hanging lamp swings to the right and hits the post.")
+    lamp = program.scene.object("lamp")
+    assert lamp is not None
+    assert lamp.position is not None
+    assert lamp.position[1] == pytest.approx(far, abs=0.1)
+    contacts = [c for c in measure(program, simulate(program, {})) if c.kind == "contacts"]
+    assert contacts
+    assert all(check.ok for check in contacts), contacts
+
+
 def test_what_is_set_down_is_at_rest_where_it_stood() -> None:
     program = first(STAGES["desk"], "The red cube is lifted up and set down again.")
     rollout = simulate(program, {})

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from physagent_studio.agent.rules.scene.measures import WAYS, Layout
+from physagent_studio.agent.rules.scene.measures import WAYS, Layout, level
 from physagent_studio.knowledge import grows, is_sheet, kind_of
 from physagent_studio.language import Reading
-from physagent_studio.program.scene.state import Grounding
+from physagent_studio.program.preflight.scaling import shape_scaled
+from physagent_studio.program.scene.aloft import in_air
+from physagent_studio.program.scene.state import Grounding, SceneState
 from physagent_studio.records import Case
 
 Spot = tuple[float, float]
@@ -80,6 +82,37 @@ def from_nowhere(case: Case, reading: Reading, layout: Layout) -> frozenset[str]
             ):
                 found.add(name)
     return frozenset(found)
+
+
+def as_far_as_met(state: SceneState, reading: Reading) -> SceneState:
+    """The state with what hangs as far from the camera as the thing that it is told to hit.
+
+    How far away a hanging thing is no picture tells; what does not reach the other one is not
+    where the sentence has it.
+    """
+    camera, layout = state.camera, Layout(state)
+    blows = [f for f in reading.frames if f.sense == "hit" and f.agent and not f.negated]
+    met = {name: frame.patient[0] for frame in reversed(blows) for name in frame.agent}
+    items = list(state.objects)
+    for index, item in enumerate(items):
+        other = met.get(item.name)
+        alone = in_air(item) and item.aloft != "floats" and item.source not in ("given", "person")
+        if camera is None or other is None or not alone or not layout.has(other):
+            continue
+        if item.position is None or item.shape is None:
+            continue
+        eye, place = np.asarray(camera.position), np.asarray(item.position)
+        ahead = level(camera.matrix[:, 2])
+        own, wanted = (place - eye) @ ahead, (layout.position(other) - eye) @ ahead
+        if own <= 0 or wanted <= 0:
+            continue
+        share = float(wanted / own)
+        x, y, z = (round(float(part), 5) for part in eye + share * (place - eye))
+        shape = shape_scaled(item.shape, share)
+        thread = None if item.thread is None else round(share * item.thread, 5)
+        update = {"position": (x, y, z), "shape": shape, "thread": thread}
+        items[index] = item.model_copy(update=update)
+    return state.model_copy(update={"objects": tuple(items)})
 
 
 def bounces_unseen(reading: Reading, layout: Layout, name: str) -> bool:

@@ -142,6 +142,7 @@ def _leaves_support(task: Task) -> bool:
 def _by_sense(task: Task) -> Script:
     intent = task.intent
     table: tuple[tuple[tuple[str, ...], Script], ...] = (
+        (("sway",) if _hangs(task) and intent.hits else (), scripts.swing),
         (("jump",), scripts.leap),
         (("bounce",), _bouncing(task)),
         (_OVER if _tips_onto(task) else (), scripts.tip),

@@ -124,13 +124,23 @@ def rock(task: Task) -> list[Action]:
 def swing(task: Task) -> list[Action]:
     """What hangs swings from a point above it, set going from the side.
 
-    A round thing hangs by a stem as long as itself, anything else by its upper end.
+    It hangs by its thread where one is seen; else a round thing by a stem as long as itself,
+    anything else by its upper end.
     """
     layout = task.layout
-    reach = layout.extent(task.name, UP)
-    length = 3 * reach if layout.rolls(task.name) else reach
+    item, reach = layout.state.object(task.name), layout.extent(task.name, UP)
+    seen = None if item is None else item.thread
+    length = seen or (3 * reach if layout.rolls(task.name) else reach)
     angle = 8.0 if task.intent.manner("gentle", "slow") else 18.0
     angle = 30.0 if task.intent.manner("hard", "fast") else angle
+    way = act.toward_or_along(1.0, way=_way(task))
+    hits = [name for name in task.intent.hits if layout.has(name)]
+    if hits:
+        # It reaches beyond what it shall hit, at once or on its way back.
+        beyond = 1.5  # 1.1..3: times the way there
+        across = min(beyond * layout.gap(task.name, hits[0]) / length, 0.9)
+        angle = max(angle, math.degrees(math.asin(max(across, 0.0))))
+        way = way if task.way() is not None else act.toward_or_along(1.0, toward=hits[0])
     speed = 2 * math.sqrt(mech.G * length) * math.sin(math.radians(angle) / 2)
     x, y, z = (round(float(part), 4) for part in layout.position(task.name) + length * UP)
     return [
@@ -142,5 +152,5 @@ def swing(task: Task) -> list[Action]:
             point_frame="world",
             duration=task.clip.steps,
         ),
-        act.push(task.name, act.toward_or_along(speed, way=_way(task)), label="swing"),
+        act.push(task.name, way.model_copy(update={"magnitude": round(speed, 4)}), label="swing"),
     ]

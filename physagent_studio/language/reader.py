@@ -11,7 +11,7 @@ from physagent_studio.language.frames import EventFrame, ReadClause, Reading
 from physagent_studio.language.reference.names import Resolved, resolve_objects
 from physagent_studio.language.reference.stock import Inventory
 from physagent_studio.language.semantics.implied import with_blows
-from physagent_studio.language.semantics.meanings import Meanings
+from physagent_studio.language.semantics.meanings import Meanings, reverses_to
 from physagent_studio.language.semantics.modifiers import Details, details_of
 from physagent_studio.language.semantics.places import extent_of
 from physagent_studio.language.syntax.chunker import Chunker
@@ -111,6 +111,9 @@ class _Reader(Meanings):
         _backwards_at_first(self.frames)
         _back_once_turned(self.frames)
         clauses = tuple(c for c in self.clauses if c.text)
+        if not self.frames and not self.unknown:
+            # Known words, and yet nothing that happens.
+            self.unknown |= {clause.text: None for clause in clauses}
         return Reading(clauses, tuple(with_blows(self.frames)), tuple(self.unknown))
 
     # --- clauses that only introduce the next one ------------------------------------------------
@@ -312,7 +315,8 @@ def verb_is(clause: RawClause, base: str) -> bool:
 def _manner(clause: RawClause) -> tuple[str, ...]:
     assert clause.verb is not None
     entry = v.VERBS.get(clause.verb.verb)
-    return entry.manner if entry else ()
+    manner = entry.manner if entry else ()
+    return (*manner, "backwards") if reverses_to(clause) else manner
 
 
 _THROWN = ("throw", "kick", "push")

@@ -50,7 +50,7 @@ class Meanings(Roles):
         sense, kind = entry.sense, entry.kind
         if kind == "light":
             sense, kind = "rest", "state"
-        if verb.verb == "reverse" and any(p in _INTO for p, _ in clause.places):
+        if reverses_to(clause):
             return "move", "move", clause.objects
         into = any(p in ("into", "against") and self.is_object(np) for p, np in clause.places)
         if verb.verb in ("smash", "burst", "plunge") and into and not clause.objects:
@@ -77,10 +77,12 @@ class Meanings(Roles):
                 if verb.verb == "take" and own and along:
                     # "The car takes off down the road".
                     sense = "move"
-                return sense, "move" if own and not clause.objects else kind, clause.objects
+                if own and not clause.objects:
+                    return sense, "move", clause.objects
+                return sense, "act" if kind == "cause" else kind, clause.objects
         for preposition, _ in clause.places:
-            if preposition == "off" and kind == "act" and (verb.verb, "off") in v.COMBINED:
-                # "Is knocked off the table".
+            if preposition == "off" and kind != "cause" and (verb.verb, "off") in v.COMBINED:
+                # "Is knocked off the table", "pops off the jar".
                 return v.COMBINED[(verb.verb, "off")], kind, clause.objects
         stranded = self._stranded(clause)
         for particle, _ in stranded[:1]:
@@ -136,6 +138,12 @@ _OWN = ("fall", "rise", "descend", "topple", "leave", "move")
 _ALONG = {"to", "down", "along", "across", "toward", "towards", "leftwards", "rightwards"}
 _INTO = ("into", "against", "toward", "towards", "off", "onto")
 _STANDSTILL = ("halt", "stop", "standstill", "rest")
+
+
+def reverses_to(clause: RawClause) -> bool:
+    """ "Backs up into the crate": it goes there with its back first."""
+    verb = clause.verb
+    return verb is not None and verb.verb == "reverse" and any(p in _INTO for p, _ in clause.places)
 
 
 def _left_so(clause: RawClause) -> bool:

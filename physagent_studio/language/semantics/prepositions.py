@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from physagent_studio.knowledge import is_step
+from physagent_studio.knowledge import is_step, kind_of
 from physagent_studio.language.frames import Place, Way
 from physagent_studio.language.reference.names import GROUPS, is_group, resolve_objects
 from physagent_studio.language.reference.stock import Discourse, Inventory
@@ -181,6 +181,10 @@ def _without_side(preposition: str, phrase: NounPhrase, details: Details) -> Nou
     if phrase.of is None or phrase.of.plural or phrase.head not in ("side", *v.SIDES):
         return phrase
     way = v.SIDES.get(phrase.head) or _side_said(phrase)
+    whole = kind_of(phrase.of.head)
+    if whole is not None and (whole.wheels or whole.is_alive):
+        # "Off the back of the truck": that is the side where it ends, wherever it faces.
+        return phrase.of
     if way and (phrase.head == "side" or v.RELATIONS.get(preposition) in ("off", "over")):
         details.direction = way
     return phrase.of

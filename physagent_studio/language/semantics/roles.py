@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from physagent_studio.language.frames import EventFrame
+from physagent_studio.language.frames import EventFrame, Place
 from physagent_studio.language.reference.names import Resolved, resolve_objects
 from physagent_studio.language.semantics.details import Details, is_measure
 from physagent_studio.language.semantics.places import resolve_place
@@ -75,6 +75,10 @@ class Roles(Subjects):
             agent = subject.names if subject and frame.sense != "stay" else ()
             frame = replace(frame, agent=agent)
             subject = direct
+        elif frame.sense == "bounce" and verb.passive and details.by:
+            # "Is deflected by the box": off it.
+            off = tuple(("off", Place(name, "object")) for name in details.by)
+            frame = replace(frame, places=(*off, *frame.places))
         elif kind == "move" and verb.passive and details.by:
             # "Is squashed by the ball".
             frame = replace(frame, agent=details.by)

@@ -21,6 +21,7 @@ def in_plain_words(tokens: Sequence[Token], nouns: frozenset[str]) -> Tokens:
     for rule in (
         _out_of_sight,
         _laden,
+        _taken_along,
         where_it_is,
         _performed,
         _amounts,
@@ -66,6 +67,33 @@ def _laden(tokens: Tokens, nouns: frozenset[str]) -> Tokens:
             rest = _past_a_place(tokens, end + len(turn), nouns)
             rest += comma and _texts(tokens, rest, 1) == (",",)
             return tokens[: start - comma] + _laden(tokens[rest:], nouns)
+    return tokens
+
+
+_GOES_OVER = words_of("tip topple fall flip tumble overturn drop")
+
+
+def _taken_along(tokens: Tokens, nouns: frozenset[str]) -> Tokens:
+    """ "Slides to the left with the cup on it": while the cup stays on it. Where it tips over or
+    falls, what lies on it goes along in its own way."""
+    for start, token in enumerate(tokens):
+        article, *rest = (*_texts(tokens, start + 1, 6), "")
+        if token.text != "with" or not start or article not in v.DETERMINERS:
+            continue
+        end = next((i for i, word in enumerate(rest) if word in nouns), len(rest)) + start + 2
+        while end < len(tokens) and tokens[end].text in nouns:
+            end += 1
+        turn = next((t for t in _CARRIED if _texts(tokens, end, len(t)) == t), None)
+        if turn is None:
+            continue
+        over = any(verb_base(t.text) in _GOES_OVER for t in tokens[:start])
+        what, last = tokens[start + 1 : end], tokens[end + len(turn) - 1]
+        stays = (
+            *_said(token, token, "while"),
+            *what,
+            *_said(tokens[end], last, "stays", "on", "it"),
+        )
+        return (*tokens[:start], *(() if over else stays), *tokens[end + len(turn) :])
     return tokens
 
 

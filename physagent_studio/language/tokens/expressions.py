@@ -53,7 +53,21 @@ _PLAIN = {
     "reach": "make it to",
     "reaches": "makes it to",
     "reached": "made it to",
-    "lowered": "put down|set down|put back down|set back down",
+    "set_down": "put down|set down|placed down|laid down|put back down|set back down",
+    "set_downs": "puts down|sets down|places down|puts back down|sets back down",
+    **{f"{stays} still": f"{stays} put" for stays in ("stays", "stay", "remains", "remain")},
+    "stops": "gets stuck",
+    "stop": "get stuck",
+    "stopped": "got stuck",
+    "stopping": "getting stuck",
+    **{f"goes {way}": f"makes it {way}" for way in ("halfway", "up", "over", "across", "down")},
+    **{
+        f"{reverses} {to}": "|".join(f"{backs} {word}" for word in said.split())
+        for reverses, backs in (("reverses", "backs"), ("reversing", "backing"))
+        for to, said in (("into", "into"), ("toward", "toward towards"), ("off", "off"))
+    },
+    "twice": "a few times|a couple of times|several times",
+    "afar": "a long way|a long distance|a great distance",
     "ends_up": "ends up|end up|ended up",
     "does not": "fails to|refuses to|is unable to|is not able to",
     "do not": "fail to|refuse to",
@@ -86,11 +100,12 @@ _PLAIN = {
     # "Which in turn knocks over the cup": it is one thing that does so.
     "which": "which in turn",
     "and": "and in turn",
-    "reverses": "backs up|backs away",
+    "reverses": "backs up|backs away|backs out",
+    "reversing": "backing up|backing away|backing out",
     "backwards": "in reverse",
-    "turns around": "makes a u-turn|does a u-turn|makes a u turn",
+    "turns around": "makes a u-turn|does a u-turn|makes a u turn|does a u turn",
     "naturally": "by itself|by themselves|on its own|on their own",
-    "slightly": "a little|a bit",
+    "slightly": "a little|a bit|a short way|a short distance|a little way",
     "also": "as well",
     "so": "so that",
     "assoonas": "as soon as",

@@ -39,16 +39,16 @@ VERBS: dict[str, Verb] = {
         {
             "fall": "fall plummet plunge tumble drop plop plunk nosedive cascade dive clatter",
             "descend": "descend sink lower",
+            "set_down": "set_down",
             "float": "float drift_down waft",
             "roll": "roll trundle trickle",
             "slide": "slide glide slither skate skim",
             "slip": "slip",
             "move": "move go travel advance proceed drive run continue come head race speed ride "
-            "creep shift progress coast hurtle zip zoom dash barrel career careen scoot rush inch "
-            "dart whizz whoosh ease wander budge waddle stride march scurry scamper "
-            "scuttle skitter crawl cruise stagger stumble lurch jolt jerk meander steer chug "
-            "plod trek walk swim jog trot gallop amble stroll sprint roam prowl slink tiptoe "
-            "hobble prance toddle trudge",
+            "shift progress coast hurtle zip zoom dash barrel career careen scoot rush dart whizz "
+            "whoosh ease wander budge waddle stride march scurry scamper scuttle skitter cruise "
+            "stagger stumble lurch jolt jerk meander steer chug trek walk swim jog trot gallop "
+            "amble stroll sprint roam prowl hobble prance toddle",
             "drift": "drift",
             "fly": "fly soar sail swoop",
             "jump": "jump hop leap vault pounce",
@@ -59,7 +59,7 @@ VERBS: dict[str, Verb] = {
             "spin": "spin rotate revolve twirl whirl pirouette",
             "turn": "turn pivot swivel",
             "curve": "curve bend_path arc veer swerve hook curl",
-            "bounce": "bounce rebound ricochet recoil",
+            "bounce": "bounce rebound ricochet recoil glance deflect carom",
             "stop": "stop halt brake freeze",
             "settle": "settle",
             "sway": "sway swing wave flutter flap oscillate wobble rock billow ripple shake "
@@ -80,10 +80,13 @@ VERBS: dict[str, Verb] = {
         },
     ),
     **_verbs("move", {"slide": "skid"}, ("skidding",)),
+    **_verbs("move", {"move": "creep inch crawl plod slink tiptoe trudge"}, ("slow",)),
+    **_verbs("act", {"push": "nudge"}, ("gentle",)),
+    **_verbs("act", {"put": "put place"}),
     **_verbs(
         "act",
         {
-            "push": "push shove putt nudge press poke prod propel bump_away force flick carry "
+            "push": "push shove putt press poke prod propel bump_away force flick carry "
             "bring sweep bat paw swipe deliver",
             "pull": "pull drag tug tow yank remove withdraw",
             "kick": "kick boot punt",
@@ -104,7 +107,7 @@ VERBS: dict[str, Verb] = {
         {
             "reach": "reach arrive",
             "cross": "cross traverse overstep",
-            "pass": "pass",
+            "pass": "pass overtake",
             "enter": "enter",
             "land": "land alight touchdown",
             "approach": "approach",
@@ -154,7 +157,7 @@ IRREGULAR: dict[str, str] = {
 PARTICIPLES = words_of(
     "fallen thrown flown hung swung blown struck broken spun lost bent shaken sent made laid "
     "frozen slung cut kept caught driven sunk given taken met hit set split shot flung hung "
-    "slid held put swept"
+    "slid held put swept set_down"
 )
 
 COMBINED: dict[tuple[str, str], str] = {
@@ -185,6 +188,7 @@ COMBINED: dict[tuple[str, str], str] = {
     ("run", "over"): "crush", ("give", "in"): "collapse", ("slump", "over"): "topple",
     ("flop", "over"): "topple", ("curl", "around"): "curve",
     ("take", "down"): "knock_over", ("bring", "down"): "knock_over",
+    **{(verb, "down"): "set_down" for verb in ("put", "place", "set")},
 }  # fmt: skip
 """A verb with a particle or direction after it, where that makes another sense."""
 

@@ -65,6 +65,7 @@ MANNERS: dict[str, str] = {
     **dict.fromkeys(("straight", "directly", "vertical"), "straight"),
     **dict.fromkeys(("slightly", "barely", "slight"), "slight"),
     "closely": "close",
+    "afar": "far",
     "clockwise": "clockwise",
     "counterclockwise": "anticlockwise",
     "anticlockwise": "anticlockwise",

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from physagent_studio.agent.rules.scene.measures import Layout, place_name
-from physagent_studio.language import EventFrame, Place, Reading
+from physagent_studio.language import EDGES, EventFrame, Place, Reading
 from physagent_studio.language.tokens.vocabulary import SHARES
 
 _WHERE = ("on", "in", "at", "from", "along", "over", "down", "object")
@@ -84,7 +84,18 @@ def _is_given(layout: Layout, frame: EventFrame, relation: str, place: Place) ->
     for name in (*frame.patient, *frame.agent):
         if layout.has(name):
             carriers |= {layout.carrier(name), layout.base(name)}
+    if relation in ("on", "at") and place.part in EDGES and frame.sense in _IN_PLACE:
+        # "Teeters on the edge": where it has to be for that.
+        return any(_is_at_edge(layout, name) for name in frame.patient)
     return relation in _WHERE and place.name in carriers
+
+
+_IN_PLACE = ("sway", "lose_balance", "lean", "stop", "settle")
+
+
+def _is_at_edge(layout: Layout, name: str) -> bool:
+    edge = layout.nearest_edge(name) if layout.has(name) else None
+    return edge is not None and edge[1] < layout.size(name)
 
 
 def _unmeasured(frame: EventFrame, kinds: set[str]) -> list[str]:

@@ -27,7 +27,7 @@ def script_for(task: Task) -> Script:
         return scripts.let_go
     if intent.has("float") or _sinks(task):
         return scripts.float_down
-    if intent.frames and intent.frames[0].sense == "rise":
+    if intent.frames and intent.frames[0].sense in ("rise", "set_down"):
         return scripts.lift
     if task.ramp_ahead() is not None:
         return scripts.up_ramp
@@ -69,6 +69,8 @@ def _sinks(task: Task) -> bool:
     """Whether it comes down through the air and not as things fall: slowly."""
     if task.layout.carrier(task.name) is not None:
         return False
+    if task.intent.has("set_down"):
+        return True
     down = (f for f in task.intent.frames if f.sense in ("descend", "fall"))
     return any(f.manner & {"slow", "gentle"} for f in down)
 

@@ -86,6 +86,8 @@ def _comes_back_down(c: Context) -> bool:
 def _least_way(c: Context) -> float:
     if c.frame.distance is not None:
         return round(0.8 * c.frame.distance, 4)
+    if "far" in c.frame.manner:
+        return c.length(4.0, 0.2, 1.5)
     return c.length(0.1, 0.01, 0.05) if "slight" in c.frame.manner else c.length(0.5, 0.02, 0.2)
 
 

@@ -256,6 +256,18 @@ def descend(c: Context) -> list[Spec]:
     return [*found, *along(c), *manner(c)]
 
 
+def set_down(c: Context) -> list[Spec]:
+    """Comes down gently onto what carries it then; what stands there already is raised first."""
+    below = c.frame.place("on", "in", "atop")
+    if c.layout.carrier(c.subject) is None or (below is not None and below.kind == "landmark"):
+        return descend(c)
+    far = c.length(0.3, 0.015, 0.1)
+    up = [] if was_raised(c) else [spec("moves", c.subject, distance=far, direction="up")]
+    carrier = c.layout.carrier(c.subject) if below is None else below.name
+    down = [spec("falls", c.subject, drop=far), spec("reaches", c.subject, other=carrier)]
+    return [*up, *down, *(one for one in along(c) if one.kind == "lands_in"), *manner(c)]
+
+
 def float_down(c: Context) -> list[Spec]:
     """Sinks through the air, never fast; what stands on the ground can only drift along."""
     if c.layout.has(c.subject) and not c.layout.is_raised(c.subject):

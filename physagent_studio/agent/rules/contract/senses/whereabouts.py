@@ -243,7 +243,7 @@ def _onto(c: Context, relation: str, place: Place) -> list[Spec]:
     if c.layout.carrier(c.subject) == place.name and relation == "on" and was_raised(c):
         return [spec("reaches", c.subject, other=place.name)]
     elsewhere = c.layout.carrier(c.subject) != place.name
-    drops = c.frame.sense in ("fall", "throw", "jump")
+    drops = c.frame.sense in ("fall", "throw", "jump", "descend")
     slides = elsewhere and c.frame.sense in ("slide", "roll", "move", "push", "slip", "drift")
     solid = not is_ground(c, place) and place.kind in ("object", "support")
     if (drops or slides) and relation in ("on", "atop") and solid and is_last(c):

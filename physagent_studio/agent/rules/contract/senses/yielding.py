@@ -58,6 +58,12 @@ def _stands(c: Context) -> list[Spec]:
 
 def lean(c: Context) -> list[Spec]:
     """Tilts without falling over."""
+    onto = c.frame.place("against", "on")
+    if onto is not None and onto.kind in ("object", "support") and onto.name != c.subject:
+        # In the end beside what it leans against, and touching it.
+        near = spec("stops", c.subject, near=place_name(onto), distance=round(c.size, 3))
+        tilted = spec("rotates", c.subject, angle=10.0)
+        return [tilted, spec("contacts", c.subject, other=place_name(onto)), near]
     ways = [w for w in (over_way(c.frame, c.subject), *c.ways()) if w not in (None, "up", "down")]
     if ways and not c.layout.rolls(c.subject):
         return [spec("flips", c.subject, angle=10.0, direction=ways[0])]

@@ -196,7 +196,7 @@ def lift(task: Task) -> list[Action]:
         act.push(task.name, up, start=first, duration=half, label="lift"),
         act.push(task.name, slow, start=first + half, duration=half, label="slow"),
     ]
-    if task.intent.has("descend"):
+    if task.intent.has("descend", "set_down"):
         # "Is lifted and set down again": as it went up, after a moment.
         down = first + 2 * half + act.STEPS.hang_steps
         actions += [

@@ -1,0 +1,105 @@
+"""Plain turns of phrase: what they are read as, what they demand, what is said to be unread."""
+
+from __future__ import annotations
+
+import pytest
+
+from physagent_studio.agent.rules import RuleGenerator
+from physagent_studio.contract import measure
+from physagent_studio.contract.words import claim
+from physagent_studio.language import EventFrame, Reading, inventory, read
+from physagent_studio.program import Grounding, PhysicalProgram
+from physagent_studio.simulation import simulate
+from tests.agent.rules.everyday_scenes import EVERYDAY
+from tests.agent.rules.scenes import STAGES
+from tests.agent.rules.varied_scenes import VARIED
+
+STAGED = {**STAGES, **EVERYDAY, **VARIED}
+THINGS = ("car", "box", "cup", "tray", "ball", "truck")
+
+
+def reading(prompt: str) -> Reading:
+    things = [(name, Grounding()) for name in THINGS]
+    return read(prompt, inventory(things, [("table", Grounding()), ("ramp", Grounding())]))
+
+
+def one(prompt: str) -> EventFrame:
+    (frame,) = reading(prompt).frames
+    return frame
+
+
+@pytest.mark.parametrize(
+    ("prompt", "sense", "manner"),
+    [
+        ("The car creeps forward.", "move", {"slow"}),
+        ("The car inches to the left.", "move", {"slow"}),
+        ("The car nudges the box.", "push", {"gentle"}),
+        ("The ball rolls a short way.", "roll", {"slight"}),
+        ("The ball rolls a long way to the right.", "roll", {"far"}),
+        ("The truck backs up into the box.", "move", {"backwards"}),
+        ("The truck backs into the box.", "move", {"backwards"}),
+        ("The car makes a U-turn.", "turn_around", set()),
+        ("The car does a U-turn.", "turn_around", set()),
+        ("The ball gets stuck halfway up the ramp.", "stop", set()),
+        ("The ball glances off the box.", "bounce", set()),
+        ("The ball is deflected by the box.", "bounce", set()),
+        ("The car overtakes the truck.", "pass", set()),
+        ("The cup stays put.", "stay", set()),
+        ("The cup is placed down.", "set_down", set()),
+        ("The car makes it up the ramp.", "move", set()),
+    ],
+)
+def test_what_it_is_read_as(prompt: str, sense: str, manner: set[str]) -> None:
+    frame = one(prompt)
+    assert (frame.sense, set(frame.manner)) == (sense, manner)
+    assert not reading(prompt).not_understood
+
+
+def test_who_is_deflected_and_what_it_goes_off() -> None:
+    frame = one("The ball is deflected by the box.")
+    place = frame.place("off")
+    assert (frame.patient, frame.agent, place and place.name) == (("ball",), (), "box")
+
+
+def test_with_the_cup_on_it_is_along_with_it() -> None:
+    slides, stays = reading("The tray slides to the left with the cup on it.").frames
+    assert (slides.patient, stays.patient, stays.sense) == (("tray",), ("cup",), "stay")
+    assert one("The tray tips over with the cup on it.").patient == ("tray",)
+
+
+def test_the_back_of_a_truck_is_not_a_way_in_the_picture() -> None:
+    frame = one("The box falls off the back of the truck.")
+    assert frame.direction is None
+    assert frame.place("off") is not None
+
+
+def test_a_sentence_of_which_nothing_happens_is_not_passed_over() -> None:
+    assert reading("The truck on the table.").not_understood
+
+
+def program_of(stage: str, prompt: str) -> PhysicalProgram:
+    return RuleGenerator().first(STAGED[stage].case(prompt), STAGED[stage].reconstruct)
+
+
+def test_what_is_set_down_is_raised_first() -> None:
+    for prompt in ("The mug is placed down gently.", "A hand sets the mug down."):
+        program = program_of("kitchen", prompt)
+        told = {claim(s, program) for s in program.contract.statements}
+        assert {"mug moves up", "mug falls", "mug reaches table"} <= told
+        checks = measure(program, simulate(program, {}))
+        assert all(check.ok for check in checks if check.demanded and not check.always_on)
+
+
+def test_what_is_put_elsewhere_is_not_tested_and_says_so() -> None:
+    assert program_of("kitchen", "The mug is put on the plate.").contract.untested
+
+
+def test_it_leans_on_what_it_touches_in_the_end() -> None:
+    program = program_of("bar", "The wine bottle falls over and leans against the wine glass.")
+    told = {claim(s, program) for s in program.contract.statements}
+    assert {"wine_bottle touches wine_glass", "wine_bottle stops near wine_glass"} <= told
+
+
+def test_where_it_teeters_has_to_be_there() -> None:
+    assert program_of("kitchen", "The teapot teeters on the edge of the table.").contract.untested
+    assert not program_of("kitchen", "The teapot teeters on the table.").contract.untested

@@ -6,6 +6,7 @@ import pytest
 
 from physagent_studio.agent.rules import RuleGenerator
 from physagent_studio.agent.rules.scene.measures import Layout
+from physagent_studio.contract import measure
 from physagent_studio.language import inventory, read
 from physagent_studio.program.scene.state import (
     Box,
@@ -15,6 +16,8 @@ from physagent_studio.program.scene.state import (
     SceneObject,
     SceneState,
 )
+from physagent_studio.simulation import simulate
+from tests.agent.rules.everyday_scenes import EVERYDAY
 from tests.agent.rules.scenes import STAGES
 
 
@@ -93,3 +96,33 @@ def test_an_open_vessel_weighs_as_its_walls() -> None:
     assert layout.mass("cup") < 0.3 * layout.mass("solid")
     boards = 0.3 * 0.3 * 0.01 + 2 * (0.3 + 0.28) * 0.01 * 0.19
     assert layout.mass("crate") / layout.mass("block") == pytest.approx(boards / 0.018)
+
+
+def test_a_blow_carries_over_the_edge_what_shall_roll_off() -> None:
+    stage = EVERYDAY["pool"]
+    speeds = {}
+    for said in ("rolls away", "rolls off the table"):
+        prompt = f"The white ball hits the black ball, which {said}."
+        program = RuleGenerator().first(stage.case(prompt), stage.reconstruct)
+        checks = measure(program, simulate(program, {}))
+        assert all(c.ok for c in checks if c.demanded and not c.always_on), said
+        # As fast as that takes is no faster than the verb allows.
+        assert all(c.ok for c in checks if c.id.startswith("view.amount")), said
+        (push,) = program.event.actions
+        speeds[said] = push.model_dump()["force"]["magnitude"]
+    assert speeds["rolls off the table"] > speeds["rolls away"]
+
+
+def test_two_that_roll_off_go_no_faster_than_rolling_takes() -> None:
+    stage = STAGES["fruit"]
+    prompt = "The two apples both roll off the table."
+    program = RuleGenerator().first(stage.case(prompt), stage.reconstruct)
+    assert all(check.ok for check in measure(program, simulate(program, {})))
+
+
+def test_what_stands_on_a_table_bounces_there() -> None:
+    stage = EVERYDAY["pool"]
+    prompt = "The white ball bounces twice and hits the black ball."
+    program = RuleGenerator().first(stage.case(prompt), stage.reconstruct)
+    (bounce,) = (s for s in program.contract.statements if s.kind == "bounces")
+    assert bounce.other == "pool_table"

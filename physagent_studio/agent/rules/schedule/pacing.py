@@ -8,6 +8,7 @@ from types import MappingProxyType
 from physagent_studio.agent.rules.contract.intents import Intent, intents_of
 from physagent_studio.agent.rules.scene import mechanics as mech
 from physagent_studio.agent.rules.scene.measures import Layout
+from physagent_studio.agent.rules.schedule.scripts.blows import blow, sent_off
 from physagent_studio.agent.rules.schedule.scripts.task import Task
 from physagent_studio.agent.rules.schedule.speeds import speed_range
 from physagent_studio.language import Reading
@@ -48,11 +49,15 @@ def _pace(intent: Intent, layout: Layout, needed: float) -> Speeds | None:
 
 
 def speed_to_get_there(task: Task) -> float:
-    """m/s with which a thing sets out that is where it shall be after half of the clip."""
+    """m/s with which a thing sets out that is where it shall be after half of the clip, and fast
+    enough there for what comes of the blow."""
     target = task.target()
     if target is None:
         return 0.0
     layout = task.layout
     rolls = layout.rolls(task.name)
     slowing = mech.rolling_slowing(task.ground_rolling()) if rolls else 0.0
-    return mech.speed_to_arrive(task.distance_to(target), task.seconds(0.5), slowing)
+    distance = task.distance_to(target)
+    arrives = mech.speed_to_arrive(distance, task.seconds(0.5), slowing)
+    struck = blow(layout, task.intent)
+    return max(arrives, sent_off(struck, slowing, distance) if struck else 0.0)

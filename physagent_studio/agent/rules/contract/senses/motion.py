@@ -344,7 +344,7 @@ def bounce(c: Context) -> list[Spec]:
     if off is not None and off.kind == "group" and c.earlier and (struck := met(c.earlier[-1])):
         # "Rolls into the rock, bounces off": off the rock.
         named = struck[0]
-    other = named or landed_on(c) or c.layout.ground()
+    other = named or landed_on(c) or _lands_on(c)
     if c.frame.count is not None:
         return [spec("bounces", c.subject, other=other, times=c.frame.count)]
     thing = c.layout.state.object(other) is not None and c.layout.carrier(c.subject) is not None
@@ -355,6 +355,14 @@ def bounce(c: Context) -> list[Spec]:
     if not thing and (c.layout.is_raised(c.subject) or other == c.layout.ground()):
         return [spec("contacts", c.subject, other=other), spec("airborne", c.subject, seconds=0.1)]
     return [spec("contacts", c.subject, other=other), spec("leaves", c.subject, other=other)]
+
+
+def _lands_on(c: Context) -> str:
+    """What it bounces on that nothing names: where it stands, unless it came off that."""
+    here, gone = c.layout.base(c.subject), ("fall", "leave", "slip", "land")
+    told = c.reading.frames[: c.index + 1]
+    off = any(f.sense in gone or f.place("off", "from", "over") for f in told)
+    return c.layout.ground() if off or here is None else here
 
 
 def slip(c: Context) -> list[Spec]:

@@ -20,6 +20,9 @@ class BlowSettings:
     # count, 2..20: of things that hit one another, looked at for the first's speed
     max_links: int = 8
     sliding_ratio: float = 7 / 5  # 1..1.5: a ball slides off so much faster than it then rolls
+    # ratio, 0.1..0.4: of its speed that a thing has at least after a blow at one like it
+    min_kept_share: float = 0.2
+    over_edge_s: float = 1.5  # s, 0.8..2: in which what is hit gets over the edge where it shall
     rolled_sizes: float = 2.0  # own sizes, 0.5..5: that a ball rolls on that is hit
 
 
@@ -36,7 +39,8 @@ def blow(layout: Layout, intent: Intent, links: int = BLOW.max_links) -> float:
     shoved = (_shoving_speed(layout, own, other) for other in intent.shoves)
     onward = (_handing_on(layout, own, one, links - 1) for one in intent.strikes if links > 1)
     rolled = (_rolling_speed(layout, own, other) for other in intent.hits)
-    return max((*felled, *shoved, *rolled, *onward), default=0.0)
+    over = (_over_the_edge(layout, intent, one) for one in intent.strikes)
+    return max((*felled, *shoved, *rolled, *onward, *over), default=0.0)
 
 
 def sent_off(arrives: float, slowing: float, distance: float) -> float:
@@ -82,6 +86,33 @@ def _handing_on(layout: Layout, own: str, struck: Intent, links: int) -> float:
     after = sent_off(needed, _slowing(layout, other), float(np.linalg.norm(aim)))
     sliding = BLOW.sliding_ratio if layout.rolls(other) else 1.0
     return _to_hand_on(layout, own, other, after * sliding)
+
+
+def _over_the_edge(layout: Layout, intent: Intent, struck: Intent) -> float:
+    """Speed of a blow after which the one that is hit gets over the edge of its table, and the one
+    that hits it, as far as that is told of them; 0 where it is not."""
+    own, other = intent.name, struck.name
+    way = unit(level(layout.position(other) - layout.position(own)))
+    touch, masses = layout.touch(own, other), (layout.mass(own), layout.mass(other))
+    kept = max((masses[0] - touch.restitution * masses[1]) / sum(masses), BLOW.min_kept_share)
+    needed = 0.0
+    for one in (intent, struck):
+        edge = layout.way_to_edge(other, way) if _comes_off(layout, one) else math.inf
+        if not math.isfinite(edge):
+            continue
+        after = mech.speed_to_arrive(edge, BLOW.over_edge_s, _slowing(layout, one.name))
+        sliding = BLOW.sliding_ratio if one is struck and layout.rolls(other) else 1.0
+        speed = after / kept if one is intent else _to_hand_on(layout, own, other, after * sliding)
+        needed = max(needed, speed)
+    return needed
+
+
+def _comes_off(layout: Layout, intent: Intent) -> bool:
+    """Whether it is told to come off the support that carries it, by itself or by a blow."""
+    base, carrier = layout.base(intent.name), layout.carrier(intent.name)
+    places = (f.place("off", "from") for f in intent.frames if intent.name in f.patient)
+    off = any(place is not None and place.name in (base, carrier) for place in places)
+    return off and carrier != layout.ground()
 
 
 def _slowing(layout: Layout, name: str) -> float:

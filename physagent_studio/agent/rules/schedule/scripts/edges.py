@@ -9,6 +9,7 @@ import numpy as np
 from physagent_studio.agent.rules.scene import mechanics as mech
 from physagent_studio.agent.rules.scene.measures import UP, WAYS, FloatArray, level, named_way, unit
 from physagent_studio.agent.rules.schedule import actions as act
+from physagent_studio.agent.rules.schedule.scripts.blows import blow
 from physagent_studio.agent.rules.schedule.scripts.task import Task
 from physagent_studio.language import EDGES
 from physagent_studio.program.actions import Action, Directed
@@ -17,11 +18,13 @@ from physagent_studio.program.actions import Action, Directed
 def off_edge(task: Task) -> list[Action]:
     """Pushed over the edge of what it stands on."""
     way, distance = way_off(task)
-    friction = task.ground_friction()
     size = task.layout.size(task.name)
-    needed = math.sqrt(2 * mech.G * friction * distance) * 1.25
+    slowing = mech.G * task.ground_friction()
+    if task.layout.rolls(task.name):
+        slowing = mech.rolling_slowing(task.ground_rolling())
+    needed = math.sqrt(2 * slowing * distance) * 1.25
     speed = max(needed, distance / task.seconds(0.3), math.sqrt(mech.G * size) * 0.6)
-    speed = task.speed or speed
+    speed = task.speed or max(speed, blow(task.layout, task.intent))
     vector = _aimed(task, way, speed)
     flips = task.intent.has("flip", "topple", "lose_balance")
     point = act.top_point(task.layout, task.name) if flips and not _counts(task) else None

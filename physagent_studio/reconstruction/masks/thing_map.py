@@ -9,10 +9,11 @@ with colours turned, so that it learns how things stand out rather than what the
 
 from __future__ import annotations
 
+import hashlib
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
-from functools import cache
+from dataclasses import dataclass, field
+from functools import cache, lru_cache
 
 import cv2
 import numpy as np
@@ -55,6 +56,8 @@ class MapSettings:
     min_spread_factor: float = 1.2  # 1..3: as wide as the clicks are apart a square has to be
     wider_ratio: float = 0.02  # 0..0.1: on each side, what is taken for a box is wider than found
     min_square_px: float = 24.0  # 8..64: of the picture: smaller ones show nothing more
+    # count, 1..64: of maps kept, up to 8 MB each: of six things from their clicks and in their box
+    kept_count: int = 12
 
 
 MAP = MapSettings()
@@ -116,12 +119,35 @@ class ThingMap:
     looks: tuple[FloatArray, ...] = ()
 
 
+@dataclass(frozen=True, slots=True)
+class _Picture:
+    """A reduced picture (H, W, 3) that is known by its content."""
+
+    digest: bytes
+    pixels: Image = field(compare=False)
+
+
 def thing_map(image: Image, grounding: Grounding) -> ThingMap | None:
-    """Where a marked thing is; None where nothing was marked."""
+    """Where a marked thing is; None where nothing was marked.
+
+    What was seen last is kept: the same photo is looked at again for every other sentence.
+    """
     factor = min(1.0, MAP.picture_px / max(image.shape[:2]))
     sized = cv2.resize(image, None, fx=factor, fy=factor, interpolation=cv2.INTER_AREA)
-    small = np.asarray(sized, np.uint8)
-    marks = Marks.of(grounding, factor)
+    small = np.ascontiguousarray(sized, np.uint8)
+    named = _Picture(str(small.shape).encode() + hashlib.sha256(small.tobytes()).digest(), small)
+    return _seen(named, Marks.of(grounding, factor))
+
+
+@lru_cache(maxsize=MAP.kept_count)
+def _seen(picture: _Picture, marks: Marks) -> ThingMap | None:
+    found = _found(picture.pixels, marks)
+    for one in () if found is None else (found.chance, *found.looks):
+        one.setflags(write=False)
+    return found
+
+
+def _found(small: Image, marks: Marks) -> ThingMap | None:
     if marks.box is not None:
         square = Square.around(marks.box, MAP.box_ratio)
         first = _looked(small, marks, square, None)

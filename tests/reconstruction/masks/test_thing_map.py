@@ -14,6 +14,7 @@ from physagent_studio.reconstruction.masks.thing_map import (
     MAP,
     Marks,
     Square,
+    _seen,
     expected_iou,
     extent_of,
     seen_in,
@@ -58,9 +59,17 @@ def test_the_map_covers_both_halves_of_what_is_marked(own: Grounding) -> None:
     assert chance[~disc].mean() < 0.1
     assert expected_iou(chance) > 0.7
     assert 0.5 < seen.agreement <= 1
+    assert thing_map(image.copy(), own) is seen, "kept for the next sentence about the photo"
+    _seen.cache_clear()
     again = thing_map(image, own)
     assert again is not None
+    assert again is not seen
     np.testing.assert_array_equal(chance, again.chance)
+    other = image.copy()
+    other[90, 120] ^= 255
+    changed = thing_map(other, own)
+    assert changed is not None
+    assert not np.array_equal(chance, changed.chance)
 
 
 def test_a_click_on_one_colour_finds_all_of_the_thing() -> None:

@@ -12,7 +12,7 @@ from physagent_studio.studio.commands import photo as photo_commands
 from physagent_studio.studio.panels import rounds
 from tests.browser.conftest import PATIENCE, Desk
 
-pytestmark = pytest.mark.browser
+pytestmark = [pytest.mark.browser, pytest.mark.usefixtures("shared_scenes")]
 
 AUTOPLAY = "localStorage.setItem('studio.autoplay', 'true')"
 

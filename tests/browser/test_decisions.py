@@ -18,7 +18,7 @@ from physagent_studio.studio.panels.words import place
 from physagent_studio.workbench import commands, probing
 from tests.browser.conftest import PATIENCE, Desk, running
 
-pytestmark = pytest.mark.browser
+pytestmark = [pytest.mark.browser, pytest.mark.usefixtures("shared_scenes")]
 
 
 @pytest.fixture

@@ -14,7 +14,7 @@ from physagent_studio.program.text.document import load_program
 from physagent_studio.workbench import commands
 from tests.browser.conftest import Desk
 
-pytestmark = pytest.mark.browser
+pytestmark = [pytest.mark.browser, pytest.mark.usefixtures("shared_scenes")]
 
 
 def test_a_page_that_was_told_nothing_yet_takes_every_gesture(

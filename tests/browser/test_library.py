@@ -18,7 +18,7 @@ from physagent_studio.records.judgement import Criterion
 from physagent_studio.session import Store
 from tests.browser.conftest import PATIENCE, Desk, running
 
-pytestmark = pytest.mark.browser
+pytestmark = [pytest.mark.browser, pytest.mark.usefixtures("shared_scenes")]
 
 LOADED = "image => image.complete && image.naturalWidth > 0"
 

@@ -17,7 +17,7 @@ from physagent_studio.studio import serve
 from physagent_studio.workbench import Workbench, commands
 from tests.browser.conftest import PATIENCE, Desk, running, until_told
 
-pytestmark = pytest.mark.browser
+pytestmark = [pytest.mark.browser, pytest.mark.usefixtures("shared_scenes")]
 
 
 def _other_page(desk: Desk, browser: Browser):

@@ -14,7 +14,7 @@ from physagent_studio.cli.clips import export_session
 from physagent_studio.session import Store
 from tests.browser.conftest import PATIENCE, Desk
 
-pytestmark = pytest.mark.browser
+pytestmark = [pytest.mark.browser, pytest.mark.usefixtures("shared_scenes")]
 
 
 def test_a_replay_opens_offline_from_a_file(

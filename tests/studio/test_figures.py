@@ -16,6 +16,7 @@ WORDS = (
 MARKED = ("after a click, 3 things, slowest", "after a box, 3 things, median")
 
 
+@pytest.mark.usefixtures("shared_scenes")
 @pytest.mark.parametrize(
     ("photos", "words"),
     [(0, WORDS), pytest.param(1, (*WORDS, *MARKED), marks=pytest.mark.slow)],

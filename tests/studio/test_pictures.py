@@ -23,6 +23,8 @@ def _ran(root: Path, *, evidence: bool) -> tuple[Snapshot, Store]:
     store = Store(root)
     workbench = Workbench(store, evidence=evidence)
     workbench.post(commands.OpenProgram(load_program(text), "dominoes"))
+    # No repair is searched for.
+    workbench.post(commands.TakeRole("planner"))
     workbench.post(commands.Step())
     assert workbench.wait(120)
     snapshot = workbench.snapshot()

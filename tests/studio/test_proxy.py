@@ -60,9 +60,11 @@ class Visitor:
 
 
 @pytest.fixture(scope="module")
-def visitor(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Visitor]:
+def visitor(tmp_path_factory: pytest.TempPathFactory, shared_scenes: None) -> Iterator[Visitor]:
     workbench = Workbench(Store(tmp_path_factory.mktemp("proxied")), evidence=False)
     workbench.post(commands.OpenCase(assets_dir() / "demo", "only_the_cube"))
+    # No repair is searched for.
+    workbench.post(commands.TakeRole("planner"))
     workbench.post(commands.Step())
     assert workbench.wait(300)
     with Proxy(PREFIX) as proxy:

@@ -22,6 +22,8 @@ def _ran(root: Path) -> tuple[Snapshot, Workbench]:
     text = (assets_dir() / "programs" / "domino_program.yaml").read_text(encoding="utf-8")
     workbench = Workbench(Store(root), evidence=False)
     workbench.post(commands.OpenProgram(load_program(text), "dominoes"))
+    # No repair is searched for.
+    workbench.post(commands.TakeRole("planner"))
     workbench.post(commands.Step())
     assert workbench.wait(120)
     return workbench.snapshot(), workbench

@@ -220,7 +220,7 @@ def test_a_gentler_way_is_no_repair(factor: str, kind: Any, words: str) -> None:
 
 
 @pytest.fixture(scope="module")
-def demo(tmp_path_factory: pytest.TempPathFactory) -> tuple[Snapshot, Path]:
+def demo(tmp_path_factory: pytest.TempPathFactory, shared_scenes: None) -> tuple[Snapshot, Path]:
     """A case that was opened, looked at and not run yet, and its workspace."""
     root = tmp_path_factory.mktemp("demo")
     workbench = Workbench(Store(root), evidence=False)

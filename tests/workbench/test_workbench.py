@@ -193,6 +193,7 @@ def test_a_verdict_that_is_mine_to_give_is_waited_for(bench: Workbench) -> None:
     assert after(bench, commands.OverruleVerdict(True)).state.outcome == "realised"
 
 
+@pytest.mark.usefixtures("shared_scenes")
 def test_a_first_program_that_is_mine_to_write_is_laid_out(tmp_path: Path) -> None:
     workbench = Workbench(Store(tmp_path), evidence=False)
     snapshot = after(workbench, commands.OpenCase(assets_dir() / "demo"))

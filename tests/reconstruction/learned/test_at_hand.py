@@ -48,14 +48,20 @@ def _scene(photo, learned, previous=None):
     return reconstruct(case, state, learned=learned, previous=previous), case, state
 
 
+@pytest.fixture(scope="module")
+def embedded(photo):
+    """The scene, its case and its state without any model."""
+    return _scene(photo, NOTHING)
+
+
 def test_without_files_there_is_nothing(folder):
     assert learned_here().there == NOTHING.there == ()
     assert learned_here().key == ""
     assert not folder.exists()
 
 
-def test_both_models_take_part_and_it_is_told(photo, folder, monkeypatch):
-    plain, case, state = _scene(photo, NOTHING)
+def test_both_models_take_part_and_it_is_told(photo, folder, monkeypatch, embedded):
+    plain, case, state = embedded
     assert plain.learned == ()
     put(monkeypatch, folder, "efficientsam", small_efficientsam(base=(0.99, 0.0, 0.0)))
     put(monkeypatch, folder, "lama", small_lama((0.1, 0.5, 0.9)))
@@ -101,8 +107,8 @@ def test_both_models_take_part_and_it_is_told(photo, folder, monkeypatch):
         ("lama", small_efficientsam(), "does not run"),
     ],
 )
-def test_what_fails_is_made_the_embedded_way(photo, folder, monkeypatch, name, data, why):
-    plain, case, state = _scene(photo, NOTHING)
+def test_what_fails_is_made_the_embedded_way(photo, folder, monkeypatch, embedded, name, data, why):
+    plain, case, state = embedded
     put(monkeypatch, folder, name, data)
     here = learned_here()
     assert here.key

@@ -126,3 +126,12 @@ def test_what_stands_on_a_table_bounces_there() -> None:
     program = RuleGenerator().first(stage.case(prompt), stage.reconstruct)
     (bounce,) = (s for s in program.contract.statements if s.kind == "bounces")
     assert bounce.other == "pool_table"
+
+
+def test_what_goes_on_over_the_edge_may_fly_there() -> None:
+    stage = STAGES["fruit"]
+    for said, flies in (("both roll off the table", True), ("pushes it off the table", False)):
+        prompt = f"The left apple rolls into the right apple and {said}."
+        program = RuleGenerator().first(stage.case(prompt), stage.reconstruct)
+        kept = [s for s in program.contract.statements if s.kind == "airborne" and s.negated]
+        assert any(s.subject == "left_apple" for s in kept) is not flies

@@ -110,7 +110,8 @@ def manner(c: Context) -> list[Spec]:
 def comes_down(c: Context) -> bool:
     """Whether it falls before, after or by what it does: then it does fly for a while."""
     told = {f.sense for f in (*c.earlier, *c.later)}
-    off = c.frame.place("off", "from") is not None or c.frame.direction == "off"
+    frames = [c.frame, *(f for f in (*c.earlier, *c.later) if c.subject in f.patient)]
+    off = any(f.place("off", "from") is not None for f in frames) or c.frame.direction == "off"
     return off or bool(told & {"fall", "land", "bounce", "jump", "throw", "fly", "rise", "kick"})
 
 

@@ -9,9 +9,9 @@ from physagent_studio.language import EventFrame, Place, Reading
 from physagent_studio.language.tokens.vocabulary import words_of
 
 ACTIVE = words_of(
-    "set_down move slide drift roll fly curve circle push pull kick throw hit knock knock_over tip_over "
-    "topple lose_balance flip spin turn turn_around reverse slip float jump rise bounce cross "
-    "strike pass reach enter approach accelerate dislodge descend fall stop land leave "
+    "set_down move slide drift roll fly curve circle push pull kick throw hit knock knock_over "
+    "tip_over topple lose_balance flip spin turn turn_around reverse slip float jump rise bounce "
+    "cross strike pass reach enter approach accelerate dislodge descend fall stop land leave "
     "lose_support miss end withdrawn wind sway bend crush settle slow collapse spread break deform"
 )
 """Senses after which something is no longer as it was."""

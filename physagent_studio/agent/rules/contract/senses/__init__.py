@@ -59,7 +59,8 @@ Builder = Callable[[Context], Sequence[Spec]]
 
 SENSES: dict[str, Builder] = {
     "move": move, "slide": slide, "drift": move, "accelerate": move, "roll": roll, "fly": fly,
-    "curve": curve, "circle": circle, "fall": fall, "descend": descend, "set_down": set_down, "float": float_down,
+    "curve": curve, "circle": circle, "fall": fall, "descend": descend, "set_down": set_down,
+    "float": float_down,
     "rise": rise, "jump": jump, "bounce": bounce, "slip": slip, "hit": hit, "push": push,
     "pull": push, "dislodge": push, "kick": kick, "throw": kick, "knock": hit,
     "knock_over": knock_over, "tip_over": knock_over, "crush": crush, "topple": topple,

@@ -25,6 +25,10 @@ _ALOFT = re.compile(
 )
 _LEANING = re.compile(r"\b(lean(?:s|ing|t|ed)?|propped|tilted|aslant|askew)\b")
 _SLIDING = re.compile(r"\b(slid\w*|glid\w*)\b")
+_DROPPING = re.compile(
+    r"\b(fall\w*|fell|drop\w*|plummet\w*|plunge\w*|detach\w*|land(?:s|ing|ed)?"
+    r"|com(?:es?|ing) (?:loose|off|down)|let go|releas\w*|cut)\b"
+)
 _ROUND = ("sphere", "ellipsoid")
 BEFORE, BEHIND = 60, 40
 """Letters before and behind words of posture among which the name of their owner stands."""
@@ -40,7 +44,8 @@ _NUMBERS = ("two", "three", "four", "five", "six", "seven", "eight", "nine", "te
 class SceneHints:
     """What reconstruction may know of the sentence.
 
-    aloft, leaning, sliding: names that hang or float, or lean, or slide. hollow: names of open
+    aloft, leaning, sliding, dropping: names that hang or float, or lean, or slide, or come down
+    from what holds them. hollow: names of open
     vessels, as the sentence uses them. steps: of a flight of stairs, where told. seen: what is to
     be looked for, as in `seen_by`. names: each name with its noun in full, as in `called`.
     """
@@ -48,6 +53,7 @@ class SceneHints:
     aloft: frozenset[str] = frozenset()
     leaning: frozenset[str] = frozenset()
     sliding: frozenset[str] = frozenset()
+    dropping: frozenset[str] = frozenset()
     hollow: frozenset[str] = frozenset()
     steps: int | None = None
     seen: frozenset[str] = frozenset()
@@ -71,6 +77,7 @@ def hints(prompt: str, objects: Collection[str], supports: Collection[str] = ())
         aloft=frozenset(name for name in things if _is_said(_ALOFT, name, things, prompt)),
         leaning=frozenset(name for name in things if _is_said(_LEANING, name, things, prompt)),
         sliding=frozenset(name for name in objects if _is_said(_SLIDING, name, things, prompt)),
+        dropping=frozenset(name for name in objects if _is_said(_DROPPING, name, things, prompt)),
         hollow=hollow,
         steps=told_steps(prompt),
         seen=seen_by(prompt),

@@ -16,7 +16,7 @@ import numpy as np
 
 from physagent_studio.arrays import BoolArray
 from physagent_studio.errors import Cancelled
-from physagent_studio.language import hints
+from physagent_studio.language import SceneHints, hints
 from physagent_studio.program.scene.aloft import in_air
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import (
@@ -41,12 +41,7 @@ from physagent_studio.reconstruction.shapes.meshes import support_mesh
 from physagent_studio.reconstruction.shapes.offers import ranked, ranking
 from physagent_studio.reconstruction.shapes.stated_meshes import stated_mesh
 from physagent_studio.reconstruction.shapes.stems import with_parts
-from physagent_studio.reconstruction.shapes.threads import (
-    Thread,
-    length_of,
-    thread_above,
-    with_thread,
-)
+from physagent_studio.reconstruction.shapes.threads import hung, threads_of
 from physagent_studio.reconstruction.supports import stances as layout
 from physagent_studio.reconstruction.supports.seen_ends import Shown
 from physagent_studio.reconstruction.supports.stances import Stance
@@ -163,7 +158,7 @@ def _turned(state: SceneState) -> SceneState:
 @dataclass(frozen=True, eq=False, slots=True)
 class _Sight:
     """What the picture shows before anything is placed. basins: masks of supports that are open
-    vessels. tops: supports whose edges were found."""
+    vessels. tops: supports whose edges were found. told: what the sentence says of it."""
 
     candidates: Mapping[str, tuple[Candidate, ...]]
     masks: dict[str, BoolArray]
@@ -173,6 +168,7 @@ class _Sight:
     stances: Mapping[str, Stance]
     read: Survey
     tops: Mapping[str, Top]
+    told: SceneHints
 
 
 def _look(
@@ -192,8 +188,8 @@ def _look(
     run.at("textures", 0.78)
     bodies = _bodies(sight, placed, assets)
     meshes = bodies | skinned(image, masks, done, bodies)
-    threads = _threads(image, masks, done)
-    done, meshes = _hung(done, meshes, threads)
+    threads = threads_of(image, masks, done, sight.told.dropping)
+    done, meshes = hung(done, meshes, threads)
     gone = masks | {name: masks[name] | thread.area for name, thread in threads.items()}
     run.at("background", 0.82)
     inpaint = Inpainting(run.learned, run.cancelled)
@@ -219,33 +215,6 @@ def _look(
         sureness=MappingProxyType(sureness(image, masks, sight.candidates, groundings, previous)),
         learned=uses_of(inpaint, state.objects, sight.candidates, plate, previous),
     )
-
-
-def _threads(image: Image, masks: Mapping[str, BoolArray], state: SceneState) -> dict[str, Thread]:
-    """By which threads things that hang are seen to hang."""
-    found = {}
-    for item in state.objects:
-        if item.aloft == "hangs" and item.name in masks:
-            taken = np.any([mask & (name != item.name) for name, mask in masks.items()], axis=0)
-            if (thread := thread_above(image, masks[item.name], taken)) is not None:
-                found[item.name] = thread
-    return found
-
-
-def _hung(
-    state: SceneState, meshes: Mapping[str, Mesh], threads: Mapping[str, Thread]
-) -> tuple[SceneState, dict[str, Mesh]]:
-    """The state and the looks with the threads that things hang by."""
-    camera, out, items = state.camera, dict(meshes), []
-    assert camera is not None
-    for item in state.objects:
-        thread = threads.get(item.name)
-        if thread is not None and item.name in out and item.position is not None:
-            out[item.name] = with_thread(out[item.name], item, camera, thread)
-            length = round(length_of(thread, item, camera), 4)
-            item = item if item.thread is not None else item.model_copy(update={"thread": length})
-        items.append(item)
-    return state.model_copy(update={"objects": tuple(items)}), out
 
 
 def _seen(
@@ -286,7 +255,7 @@ def _seen(
     look, tops = with_tops(case, state, look)
     read = survey(case, state, look, hollow)
     pools = {name: mask for name, mask in chosen.items() if name in hollow}
-    return _Sight(candidates, masks, pools, look.regions, found, stances, read, tops)
+    return _Sight(candidates, masks, pools, look.regions, found, stances, read, tops, told)
 
 
 def _put(

@@ -16,7 +16,7 @@ from physagent_studio.agent.rules.scene.footing import (
     with_walls_weighed,
 )
 from physagent_studio.agent.rules.scene.hanging import (
-    as_far_as_met,
+    as_far_as_told,
     bounces_unseen,
     from_nowhere,
     in_the_air,
@@ -69,7 +69,7 @@ class RuleGenerator:
         masks: Mapping[str, np.ndarray] = MappingProxyType({}),
     ) -> PhysicalProgram:
         """The program over a completed scene state. masks: (H, W) bool of objects in the photo."""
-        state = as_far_as_met(without_withdrawn(state, reading), reading)
+        state = as_far_as_told(without_withdrawn(state, reading), reading)
         state = with_room(with_depth(state))
         state = with_walls_weighed(state)
         state = with_hold(_with_landmarks(state, reading))

@@ -37,7 +37,10 @@ def inside(facts: Facts, name: str) -> Check:
     out = np.flatnonzero(share < INSIDE)
     least = float(share.min())
     if not len(out):
-        text = f"{name} is in the picture: at least {number(100 * least, '%')} of it: {{answer}}"
+        ends = until + 1 < len(sight.share) and (sight.share[until + 1 :] < INSIDE).any()
+        while_ = f" up to frame {until}, as it leaves it there" if ends else ""
+        text = f"{name} is in the picture{while_}: at least {number(100 * least, '%')} of it"
+        text += ": {answer}"
         margin = (least - INSIDE) / INSIDE
         return view_check("inside", name, text, margin, measured=least, threshold=INSIDE)
     first = int(out[0])

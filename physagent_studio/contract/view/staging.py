@@ -144,8 +144,10 @@ def comes_apart(facts: Facts, names: tuple[str, ...]) -> list[Check]:
     for name in dict.fromkeys(release.name for release in facts.rollout.releases):
         if name not in names:
             continue
-        marks = sight_in(facts, name).marks
-        moved = marks[-1] - marks[0]
+        marks, shown = sight_in(facts, name).marks, sight_in(facts, name).share >= INSIDE
+        # What comes apart outside the picture is not seen to.
+        last = int(np.flatnonzero(shown)[-1]) if shown.any() else 0
+        moved = marks[last] - marks[0]
         apart = float(np.linalg.norm(moved - np.median(moved, axis=0), axis=-1).mean())
         share = apart / max(float(sight_in(facts, name).length[0]), 1.0)
         text = (

@@ -6,6 +6,7 @@ background, the thread would stay where it was. It weighs nothing and runs into 
 
 from __future__ import annotations
 
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 
 import cv2
@@ -15,7 +16,7 @@ from numpy.typing import NDArray
 from physagent_studio.arrays import FloatArray
 from physagent_studio.program.rotations import matrix_of
 from physagent_studio.program.scene.camera import Camera
-from physagent_studio.program.scene.state import SceneObject
+from physagent_studio.program.scene.state import SceneObject, SceneState
 from physagent_studio.reconstruction.photo.regions import BoolArray, bounds
 from physagent_studio.reconstruction.switches import at_work
 from physagent_studio.records.case import Image
@@ -54,6 +55,35 @@ class Thread:
     top: tuple[float, float]
     width: float
     colors: Image
+
+
+def threads_of(
+    image: Image, masks: Mapping[str, BoolArray], state: SceneState, dropping: Collection[str]
+) -> dict[str, Thread]:
+    """By which threads things that hang are seen to hang; what drops leaves its thread there."""
+    found = {}
+    for item in state.objects:
+        if item.aloft == "hangs" and item.name in masks and item.name not in dropping:
+            taken = np.any([mask & (name != item.name) for name, mask in masks.items()], axis=0)
+            if (thread := thread_above(image, masks[item.name], taken)) is not None:
+                found[item.name] = thread
+    return found
+
+
+def hung(
+    state: SceneState, meshes: Mapping[str, Mesh], threads: Mapping[str, Thread]
+) -> tuple[SceneState, dict[str, Mesh]]:
+    """The state and the looks with the threads that things hang by."""
+    camera, out, items = state.camera, dict(meshes), []
+    assert camera is not None
+    for item in state.objects:
+        thread = threads.get(item.name)
+        if thread is not None and item.name in out and item.position is not None:
+            out[item.name] = with_thread(out[item.name], item, camera, thread)
+            length = item.thread or round(length_of(thread, item, camera), 4)
+            item = item.model_copy(update={"thread": length})
+        items.append(item)
+    return state.model_copy(update={"objects": tuple(items)}), out
 
 
 def thread_above(image: Image, mask: BoolArray, taken: BoolArray) -> Thread | None:

@@ -125,6 +125,27 @@ def test_what_swings_hits_what_stands_beside_it(far: float) -> None:
     assert all(check.ok for check in contacts), contacts
 
 
+@pytest.mark.parametrize("near", [1.0, 1.3])
+def test_what_falls_from_the_air_lands_where_it_is_seen(near: float) -> None:
+    stage = Stage("lamp", {"lamp": (Sphere(radius=0.05), (0.0, near, 1.2), "air")})
+    program = first(stage, "The lamp falls down and lands on the floor.")
+    camera, lamp = program.scene.camera, program.scene.object("lamp")
+    assert camera is not None
+    assert lamp is not None
+    x, y, _ = lamp.position or (0.0, 0.0, 0.0)
+    assert y > near
+    # It is seen in the same place, as large, and so is the floor below it.
+    before = camera.project(np.array([[0.0, near, 1.2], [0.05, near, 1.2]]))[0]
+    assert isinstance(lamp.shape, Sphere)
+    after = camera.project(np.add([[0, 0, 0], [lamp.shape.radius, 0, 0]], lamp.position or 0))[0]
+    assert np.allclose(before, after, atol=0.5)
+    assert camera.project(np.array([[x, y, 0.0]]))[0][0, 1] < camera.size[1]
+    # What does not fall stays as far away as it was.
+    there = first(stage, "The lamp swings.").scene.object("lamp")
+    assert there is not None
+    assert there.position == (0.0, near, 1.2)
+
+
 def test_what_is_set_down_is_at_rest_where_it_stood() -> None:
     program = first(STAGES["desk"], "The red cube is lifted up and set down again.")
     rollout = simulate(program, {})

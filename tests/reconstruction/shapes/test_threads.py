@@ -97,3 +97,12 @@ def test_what_stands_has_no_thread() -> None:
     item = hung("The ball rolls to the right.", None).state.object("ball")
     assert item is not None
     assert item.thread is None
+
+
+def test_what_drops_leaves_its_thread_behind() -> None:
+    scene = hung("The ball drops and bounces.")
+    item = scene.state.object("ball")
+    assert item is not None
+    assert item.thread is None
+    assert scene.plate is not None
+    assert np.abs(scene.plate[60, 200].astype(float) - (60, 55, 50)).max() < 25

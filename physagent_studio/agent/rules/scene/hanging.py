@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from physagent_studio.agent.rules.scene.measures import WAYS, Layout, level
+from physagent_studio.agent.rules.scene.measures import WAYS, FloatArray, Layout, level
 from physagent_studio.knowledge import grows, is_sheet, kind_of
 from physagent_studio.language import Reading
 from physagent_studio.program.preflight.scaling import shape_scaled
 from physagent_studio.program.scene.aloft import in_air
-from physagent_studio.program.scene.state import Grounding, SceneState
+from physagent_studio.program.scene.state import Grounding, SceneObject, SceneState
 from physagent_studio.records import Case
 
 Spot = tuple[float, float]
@@ -84,35 +84,66 @@ def from_nowhere(case: Case, reading: Reading, layout: Layout) -> frozenset[str]
     return frozenset(found)
 
 
-def as_far_as_met(state: SceneState, reading: Reading) -> SceneState:
-    """The state with what hangs as far from the camera as the thing that it is told to hit.
+def as_far_as_told(state: SceneState, reading: Reading) -> SceneState:
+    """The state with what hangs where the sentence has it: as far from the camera as the thing
+    that it is told to hit, or where the ground that it falls to is in the picture.
 
-    How far away a hanging thing is no picture tells; what does not reach the other one is not
-    where the sentence has it.
+    How far away a hanging thing is no picture tells; twice as far, it is twice as large.
     """
-    camera, layout = state.camera, Layout(state)
+    layout = Layout(state)
     blows = [f for f in reading.frames if f.sense == "hit" and f.agent and not f.negated]
     met = {name: frame.patient[0] for frame in reversed(blows) for name in frame.agent}
+    falling = [f for f in reading.frames if f.sense in (*_FALLS, "break", "bounce")]
+    falls = {name for frame in falling if not frame.negated for name in frame.patient}
     items = list(state.objects)
     for index, item in enumerate(items):
-        other = met.get(item.name)
-        alone = in_air(item) and item.aloft != "floats" and item.source not in ("given", "person")
-        if camera is None or other is None or not alone or not layout.has(other):
+        hangs = in_air(item) and item.aloft != "floats"
+        if not hangs or item.source in ("given", "person") or item.position is None:
             continue
-        if item.position is None or item.shape is None:
-            continue
-        eye, place = np.asarray(camera.position), np.asarray(item.position)
-        ahead = level(camera.matrix[:, 2])
-        own, wanted = (place - eye) @ ahead, (layout.position(other) - eye) @ ahead
-        if own <= 0 or wanted <= 0:
-            continue
-        share = float(wanted / own)
-        x, y, z = (round(float(part), 5) for part in eye + share * (place - eye))
-        shape = shape_scaled(item.shape, share)
-        thread = None if item.thread is None else round(share * item.thread, 5)
-        update = {"position": (x, y, z), "shape": shape, "thread": thread}
-        items[index] = item.model_copy(update=update)
+        share, other = 1.0, met.get(item.name)
+        if other is not None and layout.has(other):
+            share = _share_to(layout, item, layout.position(other))
+        elif item.name in falls:
+            share = _share_to_land(layout, item)
+        items[index] = item if share == 1.0 else _farther(state, item, share)
     return state.model_copy(update={"objects": tuple(items)})
+
+
+def _share_to(layout: Layout, item: SceneObject, other: FloatArray) -> float:
+    """Times its distance at which it is level with a place (3,), as the camera looks."""
+    camera = layout.state.camera
+    if camera is None or item.position is None:
+        return 1.0
+    eye, ahead = np.asarray(camera.position), level(camera.matrix[:, 2])
+    own, wanted = (np.asarray(item.position) - eye) @ ahead, (other - eye) @ ahead
+    return float(wanted / own) if own > 0 and wanted > 0 else 1.0
+
+
+def _share_to_land(layout: Layout, item: SceneObject) -> float:
+    """Times its distance at which the ground below it is well in the picture; 1 where it is, or
+    where it would have to be much larger for that."""
+    camera, place = layout.state.camera, np.asarray(item.position)
+    if camera is None:
+        return 1.0
+    most, low_share = 5.0, 0.92  # 1.5..8: times its size; 0.8..1: of the height, lowest row
+    eye, shares = np.asarray(camera.position), np.geomspace(1.0, most, 40)
+    feet = eye + shares[:, None] * (place - eye)
+    feet[:, 2] = layout.ground_height()
+    rows = camera.project(feet)[0][:, 1]
+    seen = np.flatnonzero(rows <= low_share * camera.size[1])
+    return float(shares[seen[0]]) if len(seen) and rows[0] > camera.size[1] else 1.0
+
+
+def _farther(state: SceneState, item: SceneObject, share: float) -> SceneObject:
+    """The thing so many times as far from the camera and as much larger: it is seen alike."""
+    assert state.camera is not None
+    assert item.position is not None
+    assert item.shape is not None
+    eye, place = np.asarray(state.camera.position), np.asarray(item.position)
+    x, y, z = (round(float(part), 5) for part in eye + share * (place - eye))
+    thread = None if item.thread is None else round(share * item.thread, 5)
+    shape = shape_scaled(item.shape, share)
+    return item.model_copy(update={"position": (x, y, z), "shape": shape, "thread": thread})
 
 
 def bounces_unseen(reading: Reading, layout: Layout, name: str) -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 
 from physagent_studio.errors import InputError
 from physagent_studio.program import Click, Grounding
@@ -15,7 +16,8 @@ def parse_objects(words: tuple[str, ...]) -> dict[str, Grounding]:
     for word in words:
         name, at, place = word.rpartition("@") if "@" in word else (word, "", "")
         key = "_".join(name.split())
-        if not key:
+        if not key or (not at and re.search(r"\d\s*,\s*\d", word)):
+            # "marble 240,330": the numbers are no part of a name.
             raise _bad_object(word)
         said = marks.get(key, Grounding())
         marks[key] = _with_mark(said, word, place) if at else said

@@ -13,6 +13,7 @@ from physagent_studio.exchange.case_reader import (
     CaseReader,
     box_fault,
     check_inside,
+    clipped,
     same_spot,
     slug,
 )
@@ -87,6 +88,8 @@ def case_from_image(path: Path | str, prompt: str, objects: Mapping[str, Groundi
         whole = (size[0] * factor, size[1] * factor)
         for click in said.points:
             check_inside(click.x, click.y, whole, f"object '{name}'")
+        if said.box is not None:
+            said = said.model_copy(update={"box": clipped(said.box, whole)})
         if said.box is not None and (fault := box_fault(said.box, whole)):
             raise InputError(f"object '{name}': {fault}")
         before = [(slug(one), objects[one].points) for one in list(objects)[: len(grounded)]]

@@ -68,6 +68,23 @@ def check_inside(x: float, y: float, size: tuple[int, int], what: str, where: st
         )
 
 
+SLIPPED = 0.1
+"""Part of the picture by which a box may be drawn beyond it."""
+
+
+def clipped(
+    box: tuple[float, float, float, float], size: tuple[int, int]
+) -> tuple[float, float, float, float]:
+    """The box without what a drag went beyond the picture of `size` (width, height); as it is
+    where that is more than a slip, or is not a box."""
+    left, top, right, bottom = (
+        min(max(value, 0.0), float(end)) for value, end in zip(box, (*size, *size), strict=True)
+    )
+    beyond = max(abs(a - b) for a, b in zip(box, (left, top, right, bottom), strict=True))
+    slip = beyond <= SLIPPED * max(size) and left < right and top < bottom
+    return (left, top, right, bottom) if slip else box
+
+
 def box_fault(box: tuple[float, float, float, float], size: tuple[int, int]) -> str:
     """What is wrong with a box in the picture of `size` (width, height); "" for nothing."""
     left, top, right, bottom = box

@@ -26,7 +26,7 @@ def test_a_box_and_a_click_of_one_thing() -> None:
     "word",
     [
         *("@1,2", " ", "mug@", "mug@1", "mug@1,2,3,4,5", "mug@1,2,2", "mug@1,2,0.5", "mug@a,b"),
-        *("mug@1,2,nan,9", "mug@inf,2", "mug@1,2,inf", "mug@1,,2"),
+        *("mug@1,2,nan,9", "mug@inf,2", "mug@1,2,inf", "mug@1,,2", "mug 240,330"),
     ],
 )
 def test_anything_else_says_what_is_allowed(word: str) -> None:

@@ -191,3 +191,9 @@ def test_image_with_a_box(folder: Path):
     assert case.objects == (("ball", boxed),)
     with pytest.raises(InputError, match=r"object 'ball': the box must lie in the picture"):
         case_from_image(folder / "input.png", "p", {"ball": Grounding(box=(4, 3, 3000, 28))})
+
+
+def test_a_box_drawn_a_little_beyond_the_picture_ends_there(folder: Path):
+    drawn = Grounding(box=(-2, -1.5, 30, 28))
+    case = case_from_image(folder / "input.png", "It rolls.", {"ball": drawn})
+    assert case.objects == (("ball", Grounding(box=(0, 0, 30, 28))),)

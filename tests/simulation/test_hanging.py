@@ -59,10 +59,10 @@ def test_what_hangs_swings_where_it_is_struck(run) -> None:
 
 def test_what_hangs_by_a_thread_swings_about_the_end_of_that() -> None:
     place = "position: [-0.5, 2, 1.1]"
-    program = load_program(PROGRAM.replace(place, f"{place}, thread: 0.4"))
+    program = load_program(PROGRAM.replace(place, f"{place}, tether: 0.4"))
     bell = program.scene.object("bell")
     assert bell is not None
-    assert bell.thread == 0.4
+    assert bell.tether == 0.4
     rollout = Simulator().simulate(program)
     path = rollout.positions[:, rollout.index("bell")]
     assert np.ptp(path[:, 0]) > 5e-3

@@ -160,7 +160,7 @@ class SceneObject(Frozen):
     position: centre of mass in the world, m. rotation: pose R_world_body; reconstruction sets it
     together with an open shape. support: what it stands on in the picture (support or object),
     "air" for nothing, None for open. aloft: it `hangs` in the air until the first action on it
-    begins, or `floats` without weight; None: in the air it falls. thread: length of the thread or
+    begins, or `floats` without weight; None: in the air it falls. tether: length of the thread or
     cord that it is seen to hang by, from its middle to where that is held, m; None where none is
     seen. material: a row of
     `program.materials`; density (kg/m³), friction, restitution and rolling (resistance of round
@@ -177,7 +177,7 @@ class SceneObject(Frozen):
     rotation: Quaternion = IDENTITY
     support: Name | None = None
     aloft: Aloft | None = None
-    thread: Length | None = None
+    tether: Length | None = None
     material: Name = "plastic"
     density: Density | None = None
     friction: Friction | None = None
@@ -262,7 +262,7 @@ class SceneState(Frozen):
     def without(self) -> dict[str, Any]:
         """What a hash leaves out (pydantic's `exclude`): fields that came later and are not used,
         so that a scene without them keeps the hash that it always had."""
-        later = ("wheels", "aloft", "thread")
+        later = ("wheels", "aloft", "tether")
         rows = enumerate(self.objects)
         unused = {i: {f for f in later if getattr(o, f) is None} for i, o in rows}
         unused = {i: fields for i, fields in unused.items() if fields}

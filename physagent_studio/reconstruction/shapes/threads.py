@@ -80,8 +80,8 @@ def hung(
         thread = threads.get(item.name)
         if thread is not None and item.name in out and item.position is not None:
             out[item.name] = with_thread(out[item.name], item, camera, thread)
-            length = item.thread or round(length_of(thread, item, camera), 4)
-            item = item.model_copy(update={"thread": length})
+            length = item.tether or round(length_of(thread, item, camera), 4)
+            item = item.model_copy(update={"tether": length})
         items.append(item)
     return state.model_copy(update={"objects": tuple(items)}), out
 

@@ -86,7 +86,7 @@ def new_trace(program: PhysicalProgram, compiled: Compiled, substeps: int) -> Tr
     model, clip = compiled.model, program.clip
     dt = clip.step_seconds / substeps
     size = mj.mj_stateSize(model, SNAPSHOT)
-    hanging = {item.name: item.thread for item in program.scene.objects if hangs(item)}
+    hanging = {item.name: item.tether for item in program.scene.objects if hangs(item)}
     return Trace(
         np.zeros((clip.steps + 1, model.nq)),
         np.zeros((clip.steps + 1, model.nv)),

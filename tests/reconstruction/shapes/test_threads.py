@@ -73,11 +73,11 @@ def test_it_goes_where_its_thing_goes() -> None:
     scene = hung("The ball swings.")
     item = scene.state.object("ball")
     assert item is not None
-    assert item.thread is not None
+    assert item.tether is not None
     assert item.position is not None
     camera = scene.state.camera
     assert camera is not None
-    top = np.add(item.position, (0, 0, item.thread))
+    top = np.add(item.position, (0, 0, item.tether))
     assert np.abs(camera.project(top[None])[0][0] - (200.5, 20)).max() < 8
     # Nothing of it is left on the background, and it is drawn where the photo has it.
     assert scene.plate is not None
@@ -96,13 +96,13 @@ def test_it_goes_where_its_thing_goes() -> None:
 def test_what_stands_has_no_thread() -> None:
     item = hung("The ball rolls to the right.", None).state.object("ball")
     assert item is not None
-    assert item.thread is None
+    assert item.tether is None
 
 
 def test_what_drops_leaves_its_thread_behind() -> None:
     scene = hung("The ball drops and bounces.")
     item = scene.state.object("ball")
     assert item is not None
-    assert item.thread is None
+    assert item.tether is None
     assert scene.plate is not None
     assert np.abs(scene.plate[60, 200].astype(float) - (60, 55, 50)).max() < 25

@@ -141,9 +141,9 @@ def _farther(state: SceneState, item: SceneObject, share: float) -> SceneObject:
     assert item.shape is not None
     eye, place = np.asarray(state.camera.position), np.asarray(item.position)
     x, y, z = (round(float(part), 5) for part in eye + share * (place - eye))
-    thread = None if item.thread is None else round(share * item.thread, 5)
+    thread = None if item.tether is None else round(share * item.tether, 5)
     shape = shape_scaled(item.shape, share)
-    return item.model_copy(update={"position": (x, y, z), "shape": shape, "thread": thread})
+    return item.model_copy(update={"position": (x, y, z), "shape": shape, "tether": thread})
 
 
 def bounces_unseen(reading: Reading, layout: Layout, name: str) -> bool:

@@ -129,7 +129,7 @@ def swing(task: Task) -> list[Action]:
     """
     layout = task.layout
     item, reach = layout.state.object(task.name), layout.extent(task.name, UP)
-    seen = None if item is None else item.thread
+    seen = None if item is None else item.tether
     length = seen or (3 * reach if layout.rolls(task.name) else reach)
     angle = 8.0 if task.intent.manner("gentle", "slow") else 18.0
     angle = 30.0 if task.intent.manner("hard", "fast") else angle

@@ -152,18 +152,21 @@ def corner_normals(vertices: FloatArray, faces: IntArray, welded: IntArray) -> F
     corner = np.argsort(welded.ravel(), kind="stable")
     vertex = welded.ravel()[corner]
     face = corner // 3
+    unit, flat = unit[face], flat[face]
     total = np.zeros((faces.size, 3))
     # Corners of one vertex lie side by side after sorting: compare each with the next, the one
     # after that, and so on, as often as the busiest vertex needs.
+    here = np.arange(len(corner))
     for shift in range(int(np.bincount(vertex).max(initial=0))):
-        here = slice(0, len(corner) - shift)
-        there = slice(shift, len(corner))
-        same = vertex[here] == vertex[there]
-        same &= np.einsum("ij,ij->i", unit[face[here]], unit[face[there]]) > _CREASE
-        total[corner[here]] += np.where(same[:, None], flat[face[there]], 0)
+        here = here[: np.searchsorted(here, len(corner) - shift)]
+        here = here[vertex[here] == vertex[here + shift]]
+        one = here[np.einsum("ij,ij->i", unit[here], unit[here + shift]) > _CREASE]
+        total[one] += flat[one + shift]
         if shift:
-            total[corner[there]] += np.where(same[:, None], flat[face[here]], 0)
-    return _unit(total.reshape(-1, 3, 3))
+            total[one + shift] += flat[one]
+    out = np.empty_like(total)
+    out[corner] = total
+    return _unit(out.reshape(-1, 3, 3))
 
 
 def _unit(vectors: FloatArray) -> FloatArray:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import trimesh
 
+from physagent_studio.rendering.batch import corner_normals
 from physagent_studio.rendering.raster import Lens, rasterise
 
 LENS = Lens(96, 64, 80.0, 47.3, 31.6)
@@ -149,3 +150,19 @@ def test_neighbours_leave_no_crack():
 def test_no_faces():
     none = np.zeros((0, 3), np.int32)
     assert len(rasterise(np.zeros((0, 3)), none, LENS, one_sided(none)).pixel) == 0
+
+
+def test_corners_have_the_normals_of_the_faces_around_that_bend_little():
+    mesh = trimesh.creation.cylinder(1.0, 2.0, sections=12)
+    faces = np.asarray(mesh.faces)
+    a, b, c = (np.asarray(mesh.vertices)[faces[:, i]] for i in range(3))
+    flat = np.cross(b - a, c - a)
+    unit = flat / np.linalg.norm(flat, axis=1, keepdims=True)
+    found = corner_normals(np.asarray(mesh.vertices), faces, faces)
+    for face, corners in enumerate(faces):
+        for corner, vertex in enumerate(corners):
+            around = (faces == vertex).any(1) & (unit @ unit[face] > np.cos(np.radians(40)))
+            wanted = flat[around].sum(0)
+            assert np.allclose(found[face, corner], wanted / np.linalg.norm(wanted))
+    up = np.abs(found[..., 2])
+    assert ((up < 1e-9) | (up > 1 - 1e-9)).all(), "edges stay edges"

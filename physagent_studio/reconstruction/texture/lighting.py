@@ -30,6 +30,7 @@ from physagent_studio.program.scene.forms import (
 )
 from physagent_studio.program.scene.state import SceneObject
 from physagent_studio.reconstruction.photo.regions import BoolArray, grow, shrink
+from physagent_studio.reconstruction.photo.statistics import lengths
 from physagent_studio.reconstruction.switches import at_work
 from physagent_studio.reconstruction.texture.block_light import block_terms, evened_rims, is_block
 from physagent_studio.records.case import Image
@@ -238,12 +239,14 @@ def _followed(
             sure /= (1 + (value / bound) ** 2) ** 2
         sure /= sure.mean()
         root = steps.T * sure
-        fit = np.linalg.solve(root @ steps + pull, root @ tone)[:, None] + np.linalg.solve(
-            root @ steps + hue_pull * pull, root @ hues
+        squares = root @ steps
+        fit = np.linalg.solve(squares + pull, root @ tone)[:, None] + np.linalg.solve(
+            squares + hue_pull * pull, root @ hues
         )
         rest = change - steps @ fit
-        stray = rest.mean(-1)
-        off = np.linalg.norm(rest - stray[:, None], axis=1)
+        # As `rest.mean(-1)`, which takes ten times as long over an axis of three.
+        stray = (rest[:, 0] + rest[:, 1] + rest[:, 2]) / 3
+        off = lengths(rest - stray[:, None])
     return fit, sure
 
 

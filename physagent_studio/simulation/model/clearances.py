@@ -111,7 +111,8 @@ def reach_of(
     mj.mj_kinematics(model, data)
     count = len(handles)
     radii, inside = [0.0] * count, [0.0] * count
-    for geom, body in enumerate(geom_bodies.tolist()):
+    bodies = geom_bodies.tolist()
+    for geom, body in enumerate(bodies):
         if body < count:
             offset = float(np.linalg.norm(model.geom_pos[geom]))
             # About the origin, with room for rounding; of several geoms any one will do.
@@ -120,10 +121,10 @@ def reach_of(
     found: dict[tuple[int, int], list[int]] = {}
     ends = np.stack([model.pair_geom1, model.pair_geom2], 1).tolist()
     for pair, geoms in enumerate(ends):
-        first, second = sorted(geoms, key=lambda geom: geom_bodies[geom])
-        other = int(geom_bodies[second])
+        first, second = sorted(geoms, key=bodies.__getitem__)
+        other = bodies[second]
         # A solid of a support stands for itself, objects are one sphere each.
-        key = (int(geom_bodies[first]), other if other < count else count + second)
+        key = (bodies[first], other if other < count else count + second)
         found.setdefault(key, []).append(pair)
     meetings = []
     for (one, other), pairs in sorted(found.items()):

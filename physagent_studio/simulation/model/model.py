@@ -112,7 +112,10 @@ def _configure_pairs(compiled: Compiled, scene: SceneState, dt: float) -> None:
     model.pair_solimp[:] = IMPEDANCE
     model.pair_margin[:] = 0
     model.pair_gap[:] = MEETING * dt
-    for index, (a, b) in enumerate(compiled.pair_bodies.tolist()):
+    # Bodies of many pieces have thousands of pairs, and all of two bodies are alike.
+    ends, alike = np.unique(compiled.pair_bodies, axis=0, return_inverse=True)
+    for number, (a, b) in enumerate(ends.tolist()):
+        index = alike.reshape(-1) == number
         touch = combine(touches[a], touches[b])
         # The torque of rolling resistance is its force times the radius that rolls.
         lever = touch.rolling * min((r for r in (radii[a], radii[b]) if r > 0), default=0.0)

@@ -29,6 +29,10 @@ LONGEST = 25
 MANY = 16
 """Meetings that are near from which on they are not measured one by one."""
 
+SLACK = 1e-4
+"""m by which spheres around geoms may be nearer than the engine measures, and a share of speeds:
+room for rounding."""
+
 PATIENCE = 3
 """Control steps that pass at most before a scene in which things are near is looked at again."""
 
@@ -48,6 +52,8 @@ class Calm:
         self._step_seconds = step_seconds
         self._dt = float(compiled.model.opt.timestep)
         self._ends = np.zeros(6)
+        # Half-spaces have none.
+        self._radii = [radius or math.inf for radius in compiled.model.geom_rbound.tolist()]
         self.until = 0
         self._wait = 0
         self._patience = 0
@@ -126,18 +132,34 @@ class Calm:
         haste: float,
     ) -> float:
         """s until two bodies can meet that are near, of what does not touch already."""
-        seconds = best = LONGEST * self._step_seconds
-        most = (closing + haste * seconds) * seconds
-        for pair, one, other in meeting.geoms:
-            if pair in engaged:
-                continue
+        best = LONGEST * self._step_seconds
+        most = (closing + haste * best) * best
+        fastest, rates = (1 + SLACK) * closing, data.qvel.tolist()
+        for least, one, other in self._nearest_first(data, meeting, engaged):
+            # No plane is used up faster than bodies come closer: what is farther meets later.
+            most = min(most, (fastest + haste * best) * best + fastest * self._dt)
+            if least >= most:
+                break
             gap = mj.mj_geomDistance(self._model, data, one, other, most, self._ends)
             if gap < most:
-                speed = reach.approach(meeting, data.qvel.tolist(), self._ends.tolist())
+                speed = reach.approach(meeting, rates, self._ends.tolist())
                 # Geoms are where they were before the last engine step.
                 gap -= speed * self._dt
                 best = min(best, time_to_meet(gap, speed, haste))
         return best
+
+    def _nearest_first(
+        self, data: Data, meeting: Meeting, engaged: frozenset[int]
+    ) -> list[tuple[float, int, int]]:
+        """Pairs of geoms that do not touch already, with how far apart they are at least, m."""
+        pairs = [(one, other) for pair, one, other in meeting.geoms if pair not in engaged]
+        if len(pairs) < 2:
+            return [(-math.inf, one, other) for one, other in pairs]
+        places, radii = data.geom_xpos.tolist(), self._radii
+        return sorted(
+            (math.dist(places[one], places[other]) - radii[one] - radii[other] - SLACK, one, other)
+            for one, other in pairs
+        )
 
 
 def time_to_meet(gap: float, closing: float, haste: float) -> float:

@@ -15,6 +15,7 @@ from physagent_studio.program.scene.state import (
     Ellipsoid,
     Floor,
     Ramp,
+    Revolved,
     Slab,
     Sphere,
     Wall,
@@ -22,7 +23,7 @@ from physagent_studio.program.scene.state import (
 from physagent_studio.simulation import Simulator
 from physagent_studio.simulation.mj import mj
 from physagent_studio.simulation.stepping.engine import run
-from physagent_studio.simulation.stepping.free_flight import Calm
+from physagent_studio.simulation.stepping.free_flight import LONGEST, Calm, time_to_meet
 
 
 def in_detail(clip, meshes, monkeypatch):
@@ -67,6 +68,38 @@ def test_a_run_at_a_stretch_has_the_bits_of_one_step_by_step(scene, monkeypatch)
     assert np.array_equal(quick.positions, slow.positions)
     assert np.array_equal(quick.velocities, slow.velocities)
     assert first_touches(quick) == first_touches(slow)
+
+
+def test_of_many_pieces_those_that_are_measured_tell_of_all(monkeypatch):
+    found, real = [], Calm._measured
+
+    def both(self, data, reach, meeting, engaged, closing, haste):
+        out = real(self, data, reach, meeting, engaged, closing, haste)
+        every = longest = LONGEST * self._step_seconds
+        most = (closing + haste * longest) * longest
+        pairs = [ends for pair, *ends in meeting.geoms if pair not in engaged]
+        for one, other in pairs:
+            gap = mj.mj_geomDistance(self._model, data, one, other, most, self._ends)
+            if gap < most:
+                speed = reach.approach(meeting, data.qvel.tolist(), self._ends.tolist())
+                every = min(every, time_to_meet(gap - speed * self._dt, speed, haste))
+        found.append((len(pairs), out, every))
+        return out
+
+    outline = ((-0.05, 0.02), (-0.03, 0.03), (0.0, 0.035), (0.05, 0.045))
+    cup = Revolved(profile=outline, wall=0.004)
+    things = [
+        thing("ball", Sphere(radius=0.04), (-0.3, 0.01, 0.04)),
+        thing("cup", cup, (0, 0, 0.05)),
+        thing("mug", cup, (0.13, 0.02, 0.05)),
+    ]
+    roll = SetVelocity(id="roll", name="ball", velocity=(1.0, 0, 0), start_step=0)
+    monkeypatch.setattr(Calm, "_measured", both)
+    Simulator().simulate(program(things, [ground()], [roll], seconds=1.2))
+    many = [(out, every) for count, out, every in found if count > 8]
+    assert len(many) > 20
+    assert all(out == every for out, every in many)
+    assert len({out for out, _ in many}) > 10
 
 
 def test_what_rests_and_flies_is_run_at_a_stretch(monkeypatch):

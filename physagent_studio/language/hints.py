@@ -45,9 +45,9 @@ class SceneHints:
     """What reconstruction may know of the sentence.
 
     aloft, leaning, sliding, dropping: names that hang or float, or lean, or slide, or come down
-    from what holds them. hollow: names of open
-    vessels, as the sentence uses them. steps: of a flight of stairs, where told. seen: what is to
-    be looked for, as in `seen_by`. names: each name with its noun in full, as in `called`.
+    from what holds them. hollow: names of open vessels, as the sentence uses them. steps: of a
+    flight of stairs, where told. seen: what is to be looked for, as in `seen_by`. names: each name
+    with its noun in full, as in `called`.
     """
 
     aloft: frozenset[str] = frozenset()

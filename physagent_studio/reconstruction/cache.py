@@ -10,7 +10,17 @@ from physagent_studio.records.case import Case
 VERSION = "34"
 """Changes whenever the same input gives another scene."""
 
-_UNSEEN = ("material", "density", "friction", "restitution", "rolling", "wheels", "aloft", "body")
+_UNSEEN = (
+    "material",
+    "density",
+    "friction",
+    "restitution",
+    "rolling",
+    "wheels",
+    "aloft",
+    "tether",
+    "body",
+)
 """Fields of objects and supports that no picture shows: changing them changes no geometry."""
 
 

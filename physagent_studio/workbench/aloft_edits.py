@@ -16,7 +16,7 @@ from physagent_studio.errors import InputError
 from physagent_studio.program import Edit, PhysicalProgram, SetField
 from physagent_studio.program.base import Pixel
 from physagent_studio.program.preflight.mechanics import standing
-from physagent_studio.program.preflight.scaling import shape_scaled
+from physagent_studio.program.preflight.scaling import farther
 from physagent_studio.program.scene.aloft import AIR, Carriage, carriage_of
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.shapes import Placed, lowest, place_object, reach
@@ -47,6 +47,8 @@ def carriage_edits(
         SetField(path=f"{path}.support", value=under),
         SetField(path=f"{path}.aloft", value=how if how in ("hangs", "floats") else None),
     ]
+    if item.tether is not None and how != "hangs":
+        edits.append(SetField(path=f"{path}.tether", value=None))
     if how != "stands":
         return tuple(edits)
     opened = opened_objects((item,), pinned, ("shape", "position"))
@@ -84,14 +86,16 @@ def moved_along(program: PhysicalProgram, item: SceneObject, share: float) -> tu
     """The thing so many times as far from the camera, and as much larger; it hangs if it stood."""
     if not NEAREST < share < FARTHEST:
         raise InputError("it cannot be there and in its place in the photo at once")
-    assert item.shape is not None
-    path, eye = f"scene.objects.{item.name}", np.array(_camera(program).position)
-    place = eye + share * (np.array(item.position) - eye)
-    shape = shape_scaled(item.shape, share).model_dump(mode="json")
+    eye = np.array(_camera(program).position)
+    path, moved = f"scene.objects.{item.name}", farther(item, eye, share)
+    assert moved.position is not None
+    assert moved.shape is not None
     edits: list[Edit] = [
-        SetField(path=f"{path}.position", value=[round(float(part), 5) for part in place]),
-        SetField(path=f"{path}.shape", value=shape),
+        SetField(path=f"{path}.position", value=list(moved.position)),
+        SetField(path=f"{path}.shape", value=moved.shape.model_dump(mode="json")),
     ]
+    if moved.tether is not None:
+        edits.append(SetField(path=f"{path}.tether", value=moved.tether))
     if carriage_of(item) == "stands":
         edits += [
             SetField(path=f"{path}.support", value=AIR),

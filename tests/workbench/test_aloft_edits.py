@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from physagent_studio.errors import InputError
-from physagent_studio.program import PhysicalProgram, apply
+from physagent_studio.program import PhysicalProgram, SetField, apply
 from physagent_studio.program.scene.aloft import carriage_of
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.shapes import lowest, place_object
@@ -86,3 +86,29 @@ def test_what_stands_is_put_on_what_is_below_it(program: PhysicalProgram) -> Non
         held = apply(program, carriage_edits(program, (), "cup", how)).scene.object("cup")
         assert held is not None
         assert (carriage_of(held), held.position) == (how, (-1, 3, 1.5))
+
+
+def test_the_thread_goes_with_what_hangs_by_it(program: PhysicalProgram) -> None:
+    hung = apply(
+        program,
+        (
+            SetField(path="scene.objects.cup.aloft", value="hangs"),
+            SetField(path="scene.objects.cup.tether", value=0.4),
+        ),
+    )
+    before = hung.scene.object("cup")
+    pixel = seen(hung, "cup")[0]
+    after = apply(hung, ground_edits(hung, "cup", (float(pixel[0]), 320.0)))
+    item, camera = after.scene.object("cup"), program.scene.camera
+    assert camera is not None
+    assert item is not None
+    assert before is not None
+    assert item.tether is not None
+    assert item.tether != pytest.approx(0.4, rel=0.1)
+    # As long on the picture as it was.
+    spots = np.array([before.position, item.position], float)
+    far = camera.project(spots)[1]
+    assert item.tether / far[1] == pytest.approx(0.4 / far[0], rel=1e-3)
+    down = apply(after, carriage_edits(after, (), "cup", "stands")).scene.object("cup")
+    assert down is not None
+    assert down.tether is None

@@ -38,8 +38,8 @@ def inside(facts: Facts, name: str) -> Check:
     least = float(share.min())
     if not len(out):
         ends = until + 1 < len(sight.share) and (sight.share[until + 1 :] < INSIDE).any()
-        while_ = f" up to frame {until}, as it leaves it there" if ends else ""
-        text = f"{name} is in the picture{while_}: at least {number(100 * least, '%')} of it"
+        how_long = f" up to frame {until}, as it leaves it there" if ends else ""
+        text = f"{name} is in the picture{how_long}: at least {number(100 * least, '%')} of it"
         text += ": {answer}"
         margin = (least - INSIDE) / INSIDE
         return view_check("inside", name, text, margin, measured=least, threshold=INSIDE)

@@ -27,8 +27,9 @@ STEP, FALLING_STEP = 0.04, 0.08
 """Farthest step from frame to frame, parts of the width; in the frames of a blow or a fall."""
 TIPPING = 2.0
 """Degrees from frame to frame from which on a tilting thing is falling over."""
-LIES, TILTS = 0.1, 15.0
-"""Part of the clip at its end for which what fell over lies; degrees by which it may still rock."""
+LIES, LIES_STEPS, TILTS = 0.1, 10, 15.0
+"""Part of the clip at its end for which what fell over lies, and control steps at least, by which
+short clips tell a fall from rest; degrees by which it may still rock."""
 FALL_FILLS = 0.2
 """The same of a fall in the slowest motion there is."""
 FILLS, RESTS_BY = 0.45, 0.9
@@ -208,7 +209,7 @@ def in_time(facts: Facts, checks: tuple[Check, ...]) -> Check:
 def come_down(facts: Facts, names: tuple[str, ...]) -> list[Check]:
     """What falls over within the picture is seen to lie: the clip does not end in mid fall."""
     found = []
-    last = max(round(LIES * facts.rollout.steps), 10)
+    last = max(round(LIES * facts.rollout.steps), LIES_STEPS)
     for name in names:
         if not said(facts.program, name, ("topples",)) or sight_in(facts, name).share[-1] < INSIDE:
             continue

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from itertools import pairwise
+from itertools import zip_longest
 
-from physagent_studio.language.frames import EventFrame
+from physagent_studio.language.frames import EventFrame, Place, Relation
 
 _GOES = ("move", "roll", "slide", "fly", "drift", "leave")
 _GIVES_WAY = ("topple", "fall", "tip_over", "collapse", "flip")
@@ -19,25 +19,30 @@ def with_blows(frames: list[EventFrame]) -> list[EventFrame]:
     A thing that is said to go to a single other one is on its way there already; to be added is
     the blow where it only goes in that direction, or where several are spoken of.
     """
-    found = list(frames)
-    for frame, after in pairwise(frames):
-        told = frame.sense in _GOES and not (frame.agent or frame.negated or frame.any_one)
-        own = not (after.agent or after.cause or after.negated or after.places)
-        if not (told and own and frame.patient and after.sense in _GIVES_WAY):
-            continue
-        aim = next(((r, p) for r, p in frame.places if r in _TO), None)
-        if aim is None or set(after.patient) & set(frame.patient):
-            continue
-        relation, place = aim
-        meant = place.kind == "group" or place.name in after.patient
-        if not meant or (relation != "toward" and after.patient == (place.name,)):
+    found: list[EventFrame] = []
+    for frame, after in zip_longest(frames, frames[1:]):
+        aim = None if after is None else _aim(frame, after)
+        if aim is None or after is None:
+            found.append(frame)
             continue
         several = len(after.patient) > 1 and not after.counted
-        blow = EventFrame(
-            clause=frame.clause, sense="hit", agent=frame.patient, patient=after.patient,
-            as_one=several, link=frame.link,
+        found.append(replace(frame, places=tuple(row for row in frame.places if row != aim)))
+        found.append(
+            EventFrame("hit", frame.clause, after.patient, frame.patient, as_one=several,
+                       link=frame.link)
         )  # fmt: skip
-        kept = tuple(row for row in frame.places if row != aim)
-        found[found.index(frame)] = replace(frame, places=kept)
-        found.insert(found.index(after), blow)
     return found
+
+
+def _aim(frame: EventFrame, after: EventFrame) -> tuple[Relation, Place] | None:
+    """How and to what a thing goes that what falls next is among; None where no blow is unsaid."""
+    told = frame.sense in _GOES and not (frame.agent or frame.negated or frame.any_one)
+    own = not (after.agent or after.cause or after.negated or after.places)
+    if not (told and own and frame.patient and after.sense in _GIVES_WAY):
+        return None
+    aim = next((row for row in frame.places if row[0] in _TO), None)
+    if aim is None or set(after.patient) & set(frame.patient):
+        return None
+    relation, place = aim
+    meant = {place.name, *place.members} & set(after.patient)
+    return aim if meant and (relation == "toward" or after.patient != (place.name,)) else None

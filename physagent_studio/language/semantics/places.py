@@ -41,7 +41,8 @@ def resolve_place(phrase: NounPhrase, stock: Inventory, talk: Discourse) -> Plac
     if found is not None:
         meant = [t for t in stock.objects if t.name in found.names]
         names = [t.name for t in _by_nearness(meant, stock, talk)] if found.any_one else found.names
-        return Place(names[0], "object")
+        together = found.names if found.as_one and len(found.names) > 1 else ()
+        return Place(names[0], "object", members=together)
     if phrase.head in v.GROUND_WORDS or phrase.head in v.TABLE_WORDS:
         return Place(stock.ground, "support")
     if phrase.head in v.LANDMARKS:

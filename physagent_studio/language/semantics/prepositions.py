@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from physagent_studio.knowledge import is_step, kind_of
 from physagent_studio.language.frames import Place, Way
 from physagent_studio.language.reference.names import GROUPS, is_group, resolve_objects
@@ -210,7 +212,7 @@ def _place(
     place = resolve_place(phrase, stock, talk)
     if place is not None and place.members and relation in ("toward", "at", "near", "past"):
         # "Is thrown at the tower": at one of it.
-        place = Place(place.members[0], "object")
+        place = replace(place, name=place.members[0], kind="object")
     if place is None or relation is None:
         if preposition == "away_from" and place is not None and place.kind != "group":
             details.places = (*details.places, ("away_from", place))

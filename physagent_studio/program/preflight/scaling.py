@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import numpy as np
 from pydantic import JsonValue
 
+from physagent_studio.arrays import FloatArray
 from physagent_studio.program.actions import (
     Action,
     ApplyAngledForce,
@@ -13,6 +15,7 @@ from physagent_studio.program.actions import (
 )
 from physagent_studio.program.edits import SetField
 from physagent_studio.program.scene import forms
+from physagent_studio.program.scene.state import SceneObject
 
 
 def scaled(action: Action, factor: float) -> tuple[SetField, ...]:
@@ -44,6 +47,18 @@ def shape_scaled(shape: forms.Shape, factor: float) -> forms.Shape:
     lengths = shape.model_dump(mode="json", exclude=kept, exclude_none=True)
     larger = {name: _multiplied(value, factor) for name, value in lengths.items()}
     return type(shape).model_validate({**shape.model_dump(mode="json"), **larger})
+
+
+def farther(item: SceneObject, eye: FloatArray, share: float) -> SceneObject:
+    """The thing so many times as far from the eye (3,) and as much larger, the thread that it hangs
+    by too, so that it is seen alike. Its shape and its position are known."""
+    assert item.position is not None
+    assert item.shape is not None
+    place = np.asarray(item.position)
+    x, y, z = (round(float(part), 5) for part in eye + share * (place - eye))
+    tether = None if item.tether is None else round(share * item.tether, 5)
+    shape = shape_scaled(item.shape, share)
+    return item.model_copy(update={"position": (x, y, z), "shape": shape, "tether": tether})
 
 
 def shape_thickened(shape: forms.Shape, thinnest: float, least: float) -> forms.Shape:

@@ -162,11 +162,10 @@ class SceneObject(Frozen):
     "air" for nothing, None for open. aloft: it `hangs` in the air until the first action on it
     begins, or `floats` without weight; None: in the air it falls. tether: length of the thread or
     cord that it is seen to hang by, from its middle to where that is held, m; None where none is
-    seen. material: a row of
-    `program.materials`; density (kg/m³), friction, restitution and rolling (resistance of round
-    things, the force that it takes to keep one rolling over its weight) override that row. body:
-    how it holds together. wheels: on which it stands, None for none. form: the kind of shape that
-    an open `shape` becomes; None leaves the choice open too.
+    seen. material: a row of `program.materials`; density (kg/m³), friction, restitution and rolling
+    (resistance of round things, the force that it takes to keep one rolling over its weight)
+    override that row. body: how it holds together. wheels: on which it stands, None for none. form:
+    the kind of shape that an open `shape` becomes; None leaves the choice open too.
     """
 
     name: Name

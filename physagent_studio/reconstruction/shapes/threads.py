@@ -152,10 +152,8 @@ def length_of(thread: Thread, item: SceneObject, camera: Camera) -> float:
 
 def _at_its_depth(camera: Camera, place: FloatArray, pixels: FloatArray) -> FloatArray:
     """(N, 3) world places of pixels (N, 2), as far along the optical axis as `place`, m."""
-    eye, rays = np.asarray(camera.position), camera.rays(pixels)
-    axis = camera.rays(np.array([camera.principal]))[0]
-    depth = float((place - eye) @ axis) / float(axis @ axis)
-    return eye + rays * (depth * float(axis @ axis) / (rays @ axis))[:, None]
+    depth = float(camera.project(place[None])[1][0])
+    return np.asarray(camera.position) + depth * camera.rays(pixels)
 
 
 def _with_strip(texture: Image, colors: Image) -> tuple[Image, FloatArray]:

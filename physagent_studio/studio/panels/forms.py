@@ -197,6 +197,7 @@ LABELS = {
     "grip": "Grip across",
     "known": "Front is certain",
     "support": "Stands on",
+    "tether": "Hangs by a thread of",
     "material": "Material",
     "shape": "Shape",
     "body": "Held together as",

@@ -7,7 +7,7 @@ import numpy as np
 from physagent_studio.agent.rules.scene.measures import WAYS, FloatArray, Layout, level
 from physagent_studio.knowledge import grows, is_sheet, kind_of
 from physagent_studio.language import Reading
-from physagent_studio.program.preflight.scaling import shape_scaled
+from physagent_studio.program.preflight.scaling import farther
 from physagent_studio.program.scene.aloft import in_air
 from physagent_studio.program.scene.state import Grounding, SceneObject, SceneState
 from physagent_studio.records import Case
@@ -105,7 +105,8 @@ def as_far_as_told(state: SceneState, reading: Reading) -> SceneState:
             share = _share_to(layout, item, layout.position(other))
         elif item.name in falls:
             share = _share_to_land(layout, item)
-        items[index] = item if share == 1.0 else _farther(state, item, share)
+        if share != 1.0 and state.camera is not None:
+            items[index] = farther(item, np.asarray(state.camera.position), share)
     return state.model_copy(update={"objects": tuple(items)})
 
 
@@ -132,18 +133,6 @@ def _share_to_land(layout: Layout, item: SceneObject) -> float:
     rows = camera.project(feet)[0][:, 1]
     seen = np.flatnonzero(rows <= low_share * camera.size[1])
     return float(shares[seen[0]]) if len(seen) and rows[0] > camera.size[1] else 1.0
-
-
-def _farther(state: SceneState, item: SceneObject, share: float) -> SceneObject:
-    """The thing so many times as far from the camera and as much larger: it is seen alike."""
-    assert state.camera is not None
-    assert item.position is not None
-    assert item.shape is not None
-    eye, place = np.asarray(state.camera.position), np.asarray(item.position)
-    x, y, z = (round(float(part), 5) for part in eye + share * (place - eye))
-    thread = None if item.tether is None else round(share * item.tether, 5)
-    shape = shape_scaled(item.shape, share)
-    return item.model_copy(update={"position": (x, y, z), "shape": shape, "tether": thread})
 
 
 def bounces_unseen(reading: Reading, layout: Layout, name: str) -> bool:

@@ -211,6 +211,9 @@ def _candidates(phrase: NounPhrase, stock: Inventory, talk: Discourse) -> tuple[
         return stock.objects
     for test in (_same_name, _head_fits, _word_fits, _synonym_fits):
         found = tuple(t for t in stock.objects if test(phrase, t))
+        if test is _same_name and phrase.plural and all(t.name == phrase.head for t in found):
+            # "The pins" are all of them, also where one is called "pin" alone.
+            continue
         if found:
             if test is _same_name:
                 found = _called_so(phrase, stock) or found

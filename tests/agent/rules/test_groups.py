@@ -101,3 +101,16 @@ def test_what_goes_towards_some_hits_those_that_fall_over(which: str) -> None:
         VARIED["cups"], "The ball rolls towards the left cup and the right cup falls over."
     )
     assert not any("touches" in claim for claim in told)
+
+
+def test_all_of_a_kind_are_meant_where_one_bears_its_name_alone() -> None:
+    things = {"ball": TOWER.objects["ball"], "pin": (FLAT, (0.2, 2.5, 0.03), "floor"),
+              "right_pin": (FLAT, (0.6, 2.5, 0.03), "floor")}  # fmt: skip
+    stage = Stage("pins", things)
+    told, program = demanded(stage, "The ball rolls towards the pins and the right pin falls over.")
+    assert "ball touches right_pin" in told
+    assert {action.name for action in program.event.actions} == {"ball"}
+    told, _ = demanded(stage, "The pins fall over.")
+    assert {"pin topples", "right_pin topples"} <= told
+    told, _ = demanded(stage, "The pin falls over.")
+    assert not any("right_pin topples" in claim for claim in told)

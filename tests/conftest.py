@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 if TYPE_CHECKING:
-    from physagent_studio.records import Scene
+    from physagent_studio.program import SceneState
+    from physagent_studio.records import Case, Scene
 
 # Before NumPy and OpenCV are imported: more threads than cores only make the tests slower.
 os.environ.setdefault("OMP_NUM_THREADS", "2")
@@ -55,29 +56,35 @@ def cases_dir() -> Path:
 
 
 @pytest.fixture(scope="session")
-def _scenes() -> dict[tuple[str, str], Scene]:
-    """What `shared_scenes` keeps."""
-    return {}
+def prepared(tmp_path_factory: pytest.TempPathFactory, worker_id: str) -> Path:
+    """A folder for what is made once for several processes of tests."""
+    base = tmp_path_factory.getbasetemp()
+    folder = (base if worker_id == "master" else base.parent) / "prepared"
+    folder.mkdir(exist_ok=True)
+    return folder
 
 
 @pytest.fixture(scope="module")
-def shared_scenes(_scenes: dict[tuple[str, str], Scene]) -> Iterator[None]:
+def shared_scenes(prepared: Path) -> Iterator[None]:
     """The examples' photographs are reconstructed once, for tests of what comes after that.
 
     Only what begins with no earlier scene is kept. Not for tests that change how a reconstruction
     is made, or hold one against another.
     """
     from physagent_studio import reconstruction
+    from physagent_studio.session.arrays import pack_scene, unpack_scene
 
     made: Callable[..., Scene] = reconstruction.reconstruct
 
-    def shared(case: Any, state: Any, **words: Any) -> Scene:
+    def shared(case: Case, state: SceneState, **words: Any) -> Scene:
         if words.get("previous") is not None or words.get("assets"):
             return made(case, state, **words)
-        key = (reconstruction.scene_hash(case, state, words["learned"].key), case.name)
-        if key not in _scenes:
-            _scenes[key] = made(case, state, **words)
-        return _scenes[key]
+        file = prepared / reconstruction.scene_hash(case, state, words["learned"].key)
+        if not file.exists():
+            partial = prepared / f"{file.name}-{os.getpid()}"
+            partial.write_bytes(pack_scene(made(case, state, **words)))
+            partial.rename(file)
+        return unpack_scene(file.read_bytes(), case.image)
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(reconstruction, "reconstruct", shared)

@@ -182,10 +182,9 @@ class Hard:
 
 
 @pytest.fixture(scope="session")
-def hard(tmp_path_factory: pytest.TempPathFactory, worker_id: str) -> Hard:
+def hard(prepared: Path) -> Hard:
     """Such an event of the examples; prepared once, also for several processes of tests."""
-    base = tmp_path_factory.getbasetemp()
-    root = (base if worker_id == "master" else base.parent) / "prepared"
+    root = prepared / "hard"
     mine, found = root / "mine", root / "found"
     root.mkdir(exist_ok=True)
     try:

@@ -410,6 +410,7 @@ def _tab_to(desk: Desk, words: str) -> None:
     raise AssertionError(f"Tab never comes to '{words}'")
 
 
+@pytest.mark.usefixtures("brief_search")
 def test_keyboard_only_from_the_opening_page_to_acceptance(empty: Desk, decided_once: Path) -> None:
     store = Store(decided_once)
     session = store.open(store.list()[0].id)

@@ -8,7 +8,7 @@ from playwright.sync_api import expect
 
 from tests.browser.conftest import Desk
 
-pytestmark = [pytest.mark.browser, pytest.mark.usefixtures("shared_scenes")]
+pytestmark = [pytest.mark.browser, pytest.mark.usefixtures("shared_scenes", "brief_search")]
 
 
 SECOND_CLICK = """() => new Promise(done => {

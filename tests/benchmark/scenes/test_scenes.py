@@ -1,12 +1,19 @@
+from functools import cache
+
 import numpy as np
 import pytest
 
-from physagent_studio.benchmark.scenes import scene
+from physagent_studio.benchmark.scenes import Pictured, scene
 
 
-@pytest.mark.parametrize("seed", [0, 3])
+@cache
+def drawn_once(seed: int) -> Pictured:
+    return scene(seed)
+
+
+@pytest.mark.parametrize("seed", [1, 4])
 def test_a_seed_gives_the_same_bits_twice(seed: int) -> None:
-    one, other = scene(seed), scene(seed)
+    one, other = drawn_once(seed), scene(seed)
     np.testing.assert_array_equal(one.image, other.image)
     assert [s.name for s in one.subjects] == [s.name for s in other.subjects]
     for mine, theirs in zip(one.subjects, other.subjects, strict=True):
@@ -16,7 +23,7 @@ def test_a_seed_gives_the_same_bits_twice(seed: int) -> None:
 
 @pytest.mark.parametrize("seed", [1, 4])
 def test_every_thing_is_clicked_on_and_boxed(seed: int) -> None:
-    drawn = scene(seed)
+    drawn = drawn_once(seed)
     assert drawn.subjects
     for subject in drawn.subjects:
         (click,) = subject.click.points
@@ -34,7 +41,7 @@ def test_every_thing_is_clicked_on_and_boxed(seed: int) -> None:
 
 @pytest.mark.parametrize("seed", [4, 36])
 def test_a_picture_is_emptied_also_where_nothing_else_stands(seed: int) -> None:
-    drawn = scene(seed)
+    drawn = drawn_once(seed)
     assert bool(drawn.stage.others) == (seed != 36)
     empty, covered = drawn.emptied(), np.any([s.mask for s in drawn.subjects], axis=0)
     off = np.abs(empty.astype(float) - drawn.image).mean(-1)

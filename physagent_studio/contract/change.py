@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -49,9 +51,10 @@ def deforms(statement: Deforms, facts: Facts, window: Window) -> Outcome:
     """Greatest change of the distance between its points, in per cent of its size.
 
     Distances do not see where the object is or how it is turned. The 99th percentile keeps one
-    stray vertex from deciding.
+    stray vertex from deciding. Of what another thing runs into, the change from then on: that it
+    sinks under its own weight is not what is told.
     """
-    found = _vertices(statement.subject, facts, window)
+    found = _vertices(statement.subject, facts, _once_hit(statement.subject, facts, window))
     if found is None:
         return _never(window, RIGID)
     vertices, steps = found
@@ -62,6 +65,19 @@ def deforms(statement: Deforms, facts: Facts, window: Window) -> Outcome:
     size = max(float(np.ptp(vertices[0], axis=0).max()), 1e-6)
     strain = 100 * np.percentile(np.abs(apart - apart[0]), 99, axis=1) / size
     return _peak(strain, steps, 100 * statement.strain, "%")
+
+
+def _once_hit(name: str, facts: Facts, window: Window) -> Window:
+    """The window from the frame before another thing first touches it; whole where none does."""
+    hits: list[int] = []
+    for other in facts.rollout.objects:
+        if other != name and (touching := facts.touching(name, other, window)).any():
+            hits.append(int(touching.argmax()))
+    later = [hit for hit in hits if hit > 0]
+    if not later:
+        return window
+    first = window.first + min(later) - facts.rollout.steps_per_frame
+    return replace(window, first=max(first, window.first))
 
 
 def spreads(statement: Spreads, facts: Facts, window: Window) -> Outcome:

@@ -40,6 +40,20 @@ def test_a_squash_deforms_and_grows_with_it(new_stage):
     assert margins[1] < 0 < margins[2]
 
 
+def test_sinking_under_its_own_weight_is_not_what_a_blow_does(new_stage):
+    for squash, told in ((0.0, False), (0.3, True)):
+        stage = new_stage()
+        high = np.full(FRAMES, 0.8)
+        high[0] = 1.0
+        high[FRAMES // 2 + 1 :] -= squash
+        flat = np.stack([np.ones(FRAMES), np.ones(FRAMES), high], axis=1)[:, None]
+        stage.vertices["cube"] = CLOUD * flat
+        assert stage.check("deforms", subject="cube", strain=0.1).ok
+        step = stage.rollout().frame_steps()[FRAMES // 2]
+        stage.touch("ball", "cube", [int(step)], impulse=1.0)
+        assert stage.check("deforms", subject="cube", strain=0.1).ok is told
+
+
 def test_spreading_is_a_growing_footprint(stage):
     growth = np.linspace(1, 2, FRAMES)[:, None, None]
     stage.vertices["cube"] = CLOUD * np.concatenate(

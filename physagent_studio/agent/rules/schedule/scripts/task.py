@@ -62,7 +62,8 @@ class Task:
     @property
     def delay(self) -> int:
         """Steps by which it starts later than the first of its row."""
-        together = any(f.timing == "together" for f in self.intent.frames)
+        # What one wind does to several it does to all at once.
+        together = any(f.timing == "together" or f.cause == "wind" for f in self.intent.frames)
         return act.STEPS.first_step + (0 if together else self.rank * 25)
 
     @property

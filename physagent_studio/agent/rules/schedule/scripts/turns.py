@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from physagent_studio.agent.rules.scene import mechanics as mech
+from physagent_studio.agent.rules.scene.framing import free_way
 from physagent_studio.agent.rules.scene.measures import UP, WAYS, FloatArray, level, named_way, unit
 from physagent_studio.agent.rules.schedule import actions as act
 from physagent_studio.agent.rules.schedule.scripts.ground import along_ground
@@ -51,14 +52,18 @@ def tip(task: Task, said: Direction | None = None) -> list[Action]:
 
 
 def _free_way(task: Task) -> Direction:
-    """To the right and the left by turns; elsewhere where something would be knocked down that
-    shall not be."""
+    """The side on which there is most room for all that fall over with it, in the picture and on
+    what carries them; elsewhere where something would be knocked down that shall not be."""
     layout = task.layout
-    sides: tuple[Direction, Direction] = (
-        ("right", "left") if task.rank % 2 == 0 else ("left", "right")
-    )
     meant = {name for frame in task.intent.frames for name in (*frame.patient, *frame.agent)}
     others = [o.name for o in layout.state.objects if o.name not in meant and layout.has(o.name)]
+    falling = {n for f in task.intent.frames if task.name in f.patient for n in f.patient}
+    row = [name for name in sorted(falling | {task.name}) if layout.has(name)]
+
+    def room(side: Direction) -> float:
+        return min(min(free_way(layout, n, WAYS[side]) / layout.height(n), 1.0) for n in row)
+
+    sides: list[Direction] = sorted(("right", "left"), key=room, reverse=True)
     for side in (*sides, "toward_camera", "away"):
         if not any(_in_the_way(task, other, WAYS[side]) for other in others):
             return side

@@ -21,6 +21,8 @@ from physagent_studio.contract.track import (
 from physagent_studio.program import statements
 from physagent_studio.program.base import DIRECTIONS
 
+BACK = 0.2
+"""Own sizes that a thing goes back, from which on it is seen to turn back."""
 KICK = 15.0
 """A turn of more than this many degrees within one step is an impact and not a bend."""
 
@@ -245,7 +247,8 @@ def _smoothed(values: FloatArray, reach: int) -> FloatArray:
 
 
 def reverses(statement: statements.Reverses, facts: Facts, window: Window) -> Outcome:
-    """Greatest angle between an earlier and a later horizontal heading, both really travelled.
+    """Greatest angle between an earlier and a later horizontal heading, both really travelled: the
+    later one for a fifth of its size at least, as less is not seen.
 
     With `times` more than one: how often it so turns against the heading it had taken since.
     """
@@ -261,7 +264,11 @@ def reverses(statement: statements.Reverses, facts: Facts, window: Window) -> Ou
     if statement.times > 1:
         return _returns(unit, marks[real + 1], statement, window)
     angles = np.degrees(np.arccos(np.clip(unit @ unit.T, -1, 1)))
-    later = np.tril(angles).max(axis=1)
+    ahead = np.einsum(
+        "kd,mkd->mk", unit, track.positions[marks, None, :2] - track.positions[marks[real], :2]
+    )
+    ahead[marks[:, None] < marks[real]] = 0.0
+    later = np.where(ahead.max(axis=0) >= BACK * track.size, np.tril(angles).max(axis=1), 0.0)
     values = np.zeros(len(track.positions))
     values[marks[real + 1]] = later
     return _peak(track, values, statement.angle, "°")

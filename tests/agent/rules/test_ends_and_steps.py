@@ -122,3 +122,25 @@ def test_to_the_left_thing_is_no_way() -> None:
 def test_what_is_pushed_but_stays_put_does_not_move() -> None:
     told = demands(YARD, "The truck hits the crate but the crate stays in place.")
     assert "crate stays in place" in told
+
+
+def test_what_goes_there_and_comes_back_keeps_to_its_way() -> None:
+    program = first(YARD, "The truck drives halfway to the crate, stops, and then reverses.")
+    rollout = simulate(program, {})
+    path = rollout.positions[:, rollout.objects.index("truck"), :2] - (-0.5, 2.5)
+    assert failed(program) == []
+    assert 0.25 < path[:, 0].max() < 0.5
+    assert abs(path[:, 1]).max() < 0.02
+    assert path[-1, 0] < 0.1
+
+
+def test_to_turn_back_is_to_come_back_a_way_that_is_seen() -> None:
+    program = first(YARD, "The truck drives halfway to the crate, stops, and then reverses.")
+    back = next(a for a in program.event.actions if a.id.startswith("back"))
+    weak = back.force.model_copy(update={"magnitude": 0.02})  # type: ignore[union-attr]
+    actions = tuple(
+        a.model_copy(update={"force": weak}) if a is back else a for a in program.event.actions
+    )
+    event = program.event.model_copy(update={"actions": actions})
+    less = program.model_copy(update={"event": event})
+    assert any("turns back" in text for text in failed(less))

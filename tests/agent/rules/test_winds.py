@@ -65,3 +65,16 @@ def test_a_plant_is_light_and_a_flag_is_held_at_its_pole(
     if name in ("flag", "curtain"):
         ways = [getattr(action, "direction", "") for action in program.event.actions]
         assert ways == ["left" if name == "flag" else "away"]
+
+
+def test_a_wind_knocks_all_over_to_one_side_at_once() -> None:
+    cones = {
+        "left_cone": (Box(size=(0.2, 0.2, 0.5)), (-0.7, 4.0, 0.25), "floor"),
+        "right_cone": (Box(size=(0.2, 0.2, 0.5)), (0.1, 4.5, 0.25), "floor"),
+    }
+    stage = Stage("road", cones)
+    program = RuleGenerator().first(stage.case("Wind knocks both cones over."), stage.reconstruct)
+    starts = {action.start_step for action in program.event.actions}
+    rollout = simulate(program, {})
+    sides = {np.sign(rollout.positions[-1, i, 0] - rollout.positions[0, i, 0]) for i in (0, 1)}
+    assert len(starts) == len(sides) == 1

@@ -183,9 +183,9 @@ def _way(task: Task) -> tuple[FloatArray | None, bool]:
         return (None, False) if downhill is None else (unit(level(downhill)), True)
     if script is scripts.off_edge:
         return unit(level(scripts.way_off(task)[0])), False
-    if script is scripts.turn_back:
-        return WAYS[task.way() or "away"], False
-    if script is scripts.along_ground:
+    if script is scripts.turn_back and task.target() is None and task.way() is None:
+        return None, False
+    if script in (scripts.along_ground, scripts.turn_back):
         target = task.target() is not None and (task.way() is None or bool(task.intent.hits))
         return scripts.way_ahead(task), target
     return None, False

@@ -117,12 +117,14 @@ def _blow_before(c: Context) -> list[Spec]:
 def reverse(c: Context) -> list[Spec]:
     """Goes back where it came from, or another way; first the way that is said."""
     times = c.frame.count
-    back = spec("reverses", c.subject, angle=90.0, times=times if times != 1 else None)
+    # What turns back by itself comes back along its way; off what it hits it may go anywhere.
+    angle = 90.0 if (blow := _blow_before(c)) or (times or 1) != 1 else 135.0
+    back = spec("reverses", c.subject, angle=angle, times=times if times != 1 else None)
     ways = [w for w in c.ways() if c.frame.direction in ("left", "right", "away")]
     if ways:
         far = c.length(0.5, 0.02, 0.2)
         return [before(spec("moves", c.subject, distance=far, direction=ways[0]), back)]
-    if blow := _blow_before(c):
+    if blow:
         return [back, before(blow[0], back)]
     following = c.reading.frames[c.index + 1 : c.index + 2]
     if following and following[0].link == "after" and following[0].sense == "reach":

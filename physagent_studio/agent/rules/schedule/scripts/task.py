@@ -184,7 +184,12 @@ class Task:
 
     def way_to(self, place: Place) -> float:
         """Horizontal way to a place, or the part of it that it shall cover, m."""
-        return self.distance_to(place) * (self.share if self.share is not None else 1.0)
+        way, name = self.distance_to(place), place.name
+        if place.kind == "object" and any(f.share is not None for f in self.intent.frames):
+            # Halfway to a thing is half of what lies between them.
+            ahead = self.way_onto(name)
+            way -= self.layout.extent(self.name, ahead) + self.layout.extent(name, -ahead)
+        return max(way, 0.0) * (self.share if self.share is not None else 1.0)
 
     def target(self) -> Place | None:
         """Where it shall get to: what it hits, enters, crosses, reaches, stops near."""

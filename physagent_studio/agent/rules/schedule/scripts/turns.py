@@ -11,8 +11,8 @@ from physagent_studio.agent.rules.scene import mechanics as mech
 from physagent_studio.agent.rules.scene.framing import free_way
 from physagent_studio.agent.rules.scene.measures import UP, WAYS, FloatArray, level, named_way, unit
 from physagent_studio.agent.rules.schedule import actions as act
-from physagent_studio.agent.rules.schedule.scripts.ground import along_ground
-from physagent_studio.agent.rules.schedule.scripts.task import Task
+from physagent_studio.agent.rules.schedule.scripts.ground import along_ground, way_ahead, way_to_go
+from physagent_studio.agent.rules.schedule.scripts.task import TASK, Task
 from physagent_studio.program.actions import Action, Direction, duration_of
 
 
@@ -22,6 +22,8 @@ class TurnSettings:
 
     # 0.5..1: of the friction that holds its foot back, up to which a level push tips a thing
     grip_share: float = 0.8
+    out_share: float = 0.4  # 0.2..0.45: of the clip, in which a thing gets to where it turns back
+    pause_share: float = 0.03  # 0..0.1: of the clip, for which it stands there
 
 
 TURNS = TurnSettings()
@@ -96,21 +98,27 @@ def spin_about(task: Task) -> list[Action]:
 
 
 def there_and_back(task: Task) -> list[Action]:
-    """Goes one way, and half through the clip is pushed the other way."""
-    way = task.way()
-    named = way if way in ("left", "right", "away", "toward_camera") else "away"
-    speed = task.speed or max(0.6, 2 * task.layout.size(task.name))
-    slowing = 0.0 if task.layout.rolls(task.name) else mech.G * task.ground_friction()
-    turn = int(min(0.4, 0.8 * speed / max(slowing, 1e-3)) * task.clip.steps)
-    if task.far is not None:
-        # As fast as takes it there by a third of the clip.
-        speed = task.speed or mech.speed_to_arrive(task.far, task.seconds(0.33), slowing)
-        turn = int(0.36 * task.clip.steps)
-    ahead = task.axis_way()
-    ahead = WAYS[named] if ahead is None else ahead
-    there = act.push(task.name, act.toward_or_along(speed, vector=ahead), start=task.delay)
-    back = act.toward_or_along(2.5 * speed, vector=-ahead)
-    return [there, act.push(task.name, back, start=max(turn, 20), duration=15, label="back")]
+    """Goes one way, stands for a moment, and comes back along it: each time faster for half of its
+    time and slower for the other half, as what drives or is led."""
+    seconds, rolls = task.seconds(TURNS.out_share), task.layout.rolls(task.name)
+    speed = task.speed or min(2 * way_to_go(task) / seconds, TASK.max_speed_mps)
+    half = round(seconds / 2 / task.clip.step_seconds)
+    foot = None if rolls or task.wheels else act.foot_point(task.layout, task.name)
+    ahead, found, wait = way_ahead(task), [], 0
+    for way, label in ((ahead, ""), (-ahead, "back")):
+        for share in (1.0, 0.0):
+            aim = act.toward_or_along(max(speed, 0.05), vector=way)
+            aim = aim.model_copy(update={"magnitude": share * aim.magnitude})
+            when = act.after(found[-1], wait) if found else None
+            name = label or "push" if share else f"slow_{label}".rstrip("_")
+            found.append(
+                act.push(
+                    task.name, aim, start=0 if found else task.delay, duration=half, point=foot,
+                    when=when, label=name,
+                )
+            )  # fmt: skip
+            wait = 0 if share or label else round(TURNS.pause_share * task.clip.steps)
+    return found
 
 
 def turn_back(task: Task) -> list[Action]:

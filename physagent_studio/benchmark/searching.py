@@ -41,7 +41,7 @@ def rows_of(target: Target, *, full: bool) -> list[Row]:
 
 def _searched(target: Target, width: int, limit: int) -> tuple[float, Proposal]:
     """Seconds of a search, and what it proposes; all processes run and have run the scene."""
-    case = Case("bench", None, "", (), (), (), target.program.event.prompt)
+    case = Case("bench", prompt=target.program.event.prompt)
     with TemporaryDirectory() as home, closing(Processes(width, keeping=True)) as pool:
         session = Store(Path(home)).create(case, LoopState())
         bench = Engine(session, case, evidence=False, executor=pool).bench()

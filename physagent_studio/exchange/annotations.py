@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TypeVar
 
+from physagent_studio.exchange.case_clicks import horizon_of, scale_of
 from physagent_studio.exchange.case_reader import CLICKED, MAX_OBJECTS, CaseReader
 from physagent_studio.program.scene.state import Grounding, Landmark, Support
 from physagent_studio.records.case import Case
@@ -33,8 +34,8 @@ def annotated(case: Case, path: Path | str) -> Case:
     landmarks = _over(case.landmarks, reader.landmarks(size, names))
     reader.check_names()
     _check_unique(reader, (*names, *(landmark.name for landmark in landmarks)))
-    scale = reader.scale([name for name, _ in objects])
-    horizon = reader.horizon(size)
+    scale = scale_of(reader, [name for name, _ in objects])
+    horizon = horizon_of(reader, size)
     return replace(
         case,
         objects=objects,

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from physagent_studio.errors import InputError
+from physagent_studio.exchange.case_clicks import horizon_of, scale_of
 from physagent_studio.exchange.case_reader import (
     MAX_PROMPT,
     RESERVED,
@@ -42,8 +43,8 @@ def load_case(folder: Path | str, event: str | None = None) -> Case:
     supports = reader.supports(size)
     landmarks = reader.landmarks(size)
     reader.check_names()
-    horizon = reader.horizon(size)
-    scale = reader.scale([name for name, _ in objects])
+    horizon = horizon_of(reader, size)
+    scale = scale_of(reader, [name for name, _ in objects])
     events = reader.events()
     name, prompt = pick_event(events, event, str(path))
     return Case(
@@ -103,8 +104,6 @@ def case_from_image(path: Path | str, prompt: str, objects: Mapping[str, Groundi
         image=pixels,
         image_hash=image_hash,
         objects=tuple(grounded.items()),
-        supports=(),
-        landmarks=(),
         prompt=prompt.strip(),
         focal=stated_focal(path, size),
     )

@@ -12,20 +12,13 @@ from typing import Any
 from pydantic import TypeAdapter, ValidationError
 
 from physagent_studio.errors import InputError
-from physagent_studio.exchange.case_clicks import (
-    MARKS,
-    StatedHorizon,
-    horizon_of,
-    marks_of,
-    scale_of,
-)
+from physagent_studio.exchange.case_clicks import MARKS, marks_of
 from physagent_studio.exchange.plain_yaml import MAX_BYTES, Place, PlainYaml, read_yaml
 from physagent_studio.program.scene.materials import MATERIALS
 from physagent_studio.program.scene.state import (
     Click,
     Grounding,
     Landmark,
-    Scale,
     Support,
     SupportShape,
 )
@@ -187,13 +180,13 @@ class CaseReader:
                     f"there is no material '{material}' (known: {', '.join(MATERIALS)})",
                 )
             shape = self._shape(place, entry.get("shape"))
+            grounding = self.grounding(place, entry, size).model_copy(
+                update={"marks": marks_of(self, name, place, entry, size)}
+            )
+            source = "estimated" if shape is None else "given"
             found.append(
                 Support(
-                    name=name,
-                    grounding=self._support_grounding(name, place, entry, size),
-                    shape=shape,
-                    material=material,
-                    source="estimated" if shape is None else "given",
+                    name=name, grounding=grounding, shape=shape, material=material, source=source
                 )
             )
         return tuple(found)
@@ -238,14 +231,6 @@ class CaseReader:
             if len(prompt) > MAX_PROMPT:
                 raise self.fail(place, f"event '{name}' has more than {MAX_PROMPT} characters")
         return tuple((name, " ".join(prompt.split())) for name, prompt in entries.items())
-
-    def horizon(self, size: tuple[int, int]) -> StatedHorizon | None:
-        """Where the horizon is, and how it is tilted; None where it is not stated."""
-        return horizon_of(self, size)
-
-    def scale(self, known: Sequence[str]) -> Scale:
-        """The size that the file states; open where it states none. known: what may be named."""
-        return scale_of(self, known)
 
     def check_names(self) -> None:
         """That nothing is called what the program keeps for itself."""
@@ -294,12 +279,6 @@ class CaseReader:
         if len(points) > MAX_POINTS:
             raise self.fail(where, f"there are {len(points)} points (at most {MAX_POINTS})")
         return [((*where, index), point) for index, point in enumerate(points)]
-
-    def _support_grounding(
-        self, name: str, place: Place, entry: Mapping[str, Any], size: tuple[int, int]
-    ) -> Grounding:
-        found = self.grounding(place, entry, size)
-        return found.model_copy(update={"marks": marks_of(self, name, place, entry, size)})
 
     def grounding(self, place: Place, entry: Mapping[str, Any], size: tuple[int, int]) -> Grounding:
         clicks = []

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -79,10 +79,9 @@ class PeerObject:
     """What the configuration says of one object; None where it is silent."""
 
     name: str
-    material: str
-    density: float | None
-    friction: float | None
-    body: dict[str, JsonValue]
+    density: float | None = None
+    friction: float | None = None
+    body: dict[str, JsonValue] = field(default_factory=lambda: {"kind": "rigid"})
     restitution: float | None = None
 
 
@@ -96,10 +95,10 @@ class PeerSetup:
 
     case: Case
     objects: tuple[PeerObject, ...]
-    clip: dict[str, float]
-    gravity: tuple[float, float, float] | None
-    floor_friction: float | None
     left_out: tuple[str, ...]
+    clip: dict[str, float] = field(default_factory=dict)
+    gravity: tuple[float, float, float] | None = None
+    floor_friction: float | None = None
     motion: Motion = NO_MOTION
 
     def edits_of_scheduled(self, program: PhysicalProgram) -> tuple[Edit, ...]:
@@ -122,8 +121,7 @@ class PeerSetup:
 
     def edits(self, program: PhysicalProgram) -> tuple[Edit, ...]:
         """Edits that give a program of this case the peer's numbers."""
-        wanted: list[tuple[str, JsonValue]] = []
-        wanted += [(f"clip.{field}", value) for field, value in self.clip.items()]
+        wanted: list[tuple[str, JsonValue]] = [(f"clip.{f}", own) for f, own in self.clip.items()]
         if self.gravity is not None:
             wanted.append(("scene.gravity", list(self.gravity)))
         for item in self.objects:
@@ -131,11 +129,10 @@ class PeerSetup:
                 continue
             base = f"scene.objects.{item.name}"
             wanted.append((f"{base}.body", item.body))
-            wanted += [(f"{base}.density", item.density)] if item.density is not None else []
             wanted += [
-                (f"{base}.{field}", value)
-                for field in ("friction", "restitution")
-                if (value := getattr(item, field)) is not None
+                (f"{base}.{one}", value)
+                for one in ("density", "friction", "restitution")
+                if (value := getattr(item, one)) is not None
             ]
         if self.floor_friction is not None and program.scene.support("floor") is not None:
             wanted.append(("scene.supports.floor.friction", self.floor_friction))
@@ -183,7 +180,6 @@ def load_peer_config(
         image_hash=image_hash,
         objects=tuple(zip(chosen, groundings, strict=True)),
         supports=reader.supports(size),
-        landmarks=(),
         prompt=prompt,
         event="generated" if prompt else "",
         events=(("generated", prompt),) if prompt else (),
@@ -294,7 +290,7 @@ class _PeerReader:
         for key in (f"{material}_rho", f"{family}_rho"):
             density = self.number(key, 0.1, 30000) if density is None else density
         friction = self.number("rigid_friction", 0, 5) if family == "rigid" else None
-        return PeerObject(name, material, density, friction, self._body(material))
+        return PeerObject(name, density, friction, self._body(material))
 
     def _body(self, material: str) -> dict[str, JsonValue]:
         body: dict[str, JsonValue] = {"kind": _BODIES[material]}
@@ -331,10 +327,10 @@ class _PeerReader:
             "substeps": ("substeps", 1, 1000),
         }
         found: dict[str, float] = {}
-        for field, (key, low, high) in bounds.items():
+        for name, (key, low, high) in bounds.items():
             value = self.number(key, low, high)
             if value is not None:
-                found[field] = value if field == "step_seconds" else int(value)
+                found[name] = value if name == "step_seconds" else int(value)
         return found
 
     def motion(self, handler: Path | None, count: int) -> tuple[Motion, tuple[str, ...]]:

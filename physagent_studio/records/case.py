@@ -27,12 +27,12 @@ class Case:
     """
 
     name: str
-    image: Image | None
-    image_hash: str
-    objects: tuple[tuple[str, Grounding], ...]
-    supports: tuple[Support, ...]
-    landmarks: tuple[Landmark, ...]
-    prompt: str
+    image: Image | None = None
+    image_hash: str = ""
+    objects: tuple[tuple[str, Grounding], ...] = ()
+    supports: tuple[Support, ...] = ()
+    landmarks: tuple[Landmark, ...] = ()
+    prompt: str = ""
     event: str = ""
     events: tuple[tuple[str, str], ...] = ()
     horizon: float | None = None

@@ -84,7 +84,7 @@ def _walks(program: PhysicalProgram, runs: int, steps: int) -> list[Row]:
 
 def _long(root: Path, program: PhysicalProgram, rounds: int) -> list[Row]:
     """A session of very many rounds: opening it, and adding one more."""
-    case = Case("bench", None, "", (), (), (), program.event.prompt)
+    case = Case("bench", prompt=program.event.prompt)
     store = Store(root)
     workbench = Workbench(store, evidence=False)
     workbench.post(commands.OpenProgram(program, "long"))
@@ -233,7 +233,7 @@ def faults(root: Path, program: PhysicalProgram, times: int, kind: str) -> tuple
 
 def _faults(root: Path, program: PhysicalProgram, times: int, kind: str) -> tuple[int, str]:
     signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-    case = Case("bench", None, "", (), (), (), "bench")
+    case = Case("bench", prompt="bench")
     session = Store(root).create(case, LoopState(draft=program), title=kind)
     wrong, said = 0, ""
     for number in range(times):

@@ -28,7 +28,7 @@ CHECKED_EVERY = 10
 
 def kills(root: Path, program: PhysicalProgram, times: int) -> list[Row]:
     """Figures over that many kills of processes that work on one session below `root`."""
-    case = Case("bench", None, "", (), (), (), program.event.prompt)
+    case = Case("bench", prompt=program.event.prompt)
     store = Store(root)
     session = store.create(case, LoopState(draft=program), title="bench")
     session.close()

@@ -165,31 +165,25 @@ class Clients:
             "redo": commands.Redo(),
         }
         before, version = self.document(), self.bench.snapshot().version
-        fresh = self.seen[client] == version or self.last_by == client
+        current = self.seen[client] == version or self.last_by == client
         done = self._post(made[step], Sender(client, self.seen[client]))
         after = self.document()
-        if not done and (fresh or after != before):
+        if not done and (current or after != before):
             self.lost.append(f"{step} of {client} was refused, or changed something all the same")
         if done and self.bench.snapshot().version != version:
-            if not self._is_current(client, version):
+            if not current:
                 self.lost.append(f"{step} of {client} went over a change that it had not seen")
-            self._model(step, before, after)
+            self._model(step, after)
             self.last_by = client
             self.seen[client] = self.bench.snapshot().version
 
-    def _is_current(self, client: int, version: int) -> bool:
-        return self.seen[client] == version or self.last_by == client
-
-    def _model(self, step: str, before: object, after: tuple[str, tuple[str, ...]]) -> None:
+    def _model(self, step: str, after: tuple[str, tuple[str, ...]]) -> None:
         if step == "undo":
             self.future.append(self.past.pop())
-            expected = self.past[-1]
         elif step == "redo":
             self.past.append(self.future.pop())
-            expected = self.past[-1]
         else:
             self.past.append(after)
             self.future.clear()
-            expected = after
-        if after != expected:
+        if after != self.past[-1]:
             self.lost.append(f"{step} did not lead to what was there")

@@ -117,8 +117,9 @@ def tell(item: EventResult) -> None:
     words = "realised" if item.realised else report["outcome"]
     if item.denied:
         words = "claimed, but the reference denies it"
+    variant = "" if item.variant == "full" else f", {item.variant}"
     print(
-        f"{item.label}, {mode_of(item)}{_variant(item)}: {words}, {report['rounds']} rounds, "
+        f"{item.label}, {mode_of(item)}{variant}: {words}, {report['rounds']} rounds, "
         f"{report['simulations']} simulations, {report['seconds']:.1f} s"
         + (" · happens by itself as well" if item.by_itself else "")
         + (f" · {item.problem}" if item.problem else "")
@@ -126,10 +127,6 @@ def tell(item: EventResult) -> None:
         file=sys.stderr,
         flush=True,
     )
-
-
-def _variant(item: EventResult) -> str:
-    return "" if item.variant == "full" else f", {item.variant}"
 
 
 def mode_of(item: EventResult) -> str:

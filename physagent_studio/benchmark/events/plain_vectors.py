@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -30,7 +31,7 @@ from physagent_studio.program.edits import AddItem, Edit, apply
 from physagent_studio.program.preflight.mechanics import mass_of
 from physagent_studio.program.program import PhysicalProgram
 from physagent_studio.program.scene.shapes import outline_of
-from physagent_studio.program.scene.state import SceneState
+from physagent_studio.program.scene.state import SceneObject, SceneState
 from physagent_studio.records import Case, Proposal, Scene
 from physagent_studio.simulation.actions.vectors import support_centre, turned, unit_of
 
@@ -146,7 +147,7 @@ class _Compiler:
                 force = turned(ahead, action.angle) * action.magnitude
                 return self._force(action, force, start, action.duration, follow=False)
             case ApplyDisturbance():
-                force = self._pushing(action, item.name)
+                force = self._pushing(action, item)
                 return self._force(action, force, start, action.duration)
             case SetAngularVelocity():
                 turn = self._vector(action.angular_velocity, action.name)
@@ -191,18 +192,16 @@ class _Compiler:
             return np.asarray(support_centre(support.shape, near), float)
         return near
 
-    def _pushing(self, action: ApplyDisturbance, name: str) -> FloatArray:
+    def _pushing(self, action: ApplyDisturbance, item: SceneObject) -> FloatArray:
         """A steady force as strong as the disturbance; of a wind, its pressure on the outline."""
         vector = action.direction or "right"
         if isinstance(vector, str):
-            way = self._vector(Directed(magnitude=1.0, direction=vector), name)
+            way = self._vector(Directed(magnitude=1.0, direction=vector), item.name)
         else:
             way = np.array(vector, float)
         way = way / max(float(np.linalg.norm(way)), 1e-9)
         strength = action.amplitude
         if action.model == "wind":
-            item = self.scene.object(name)
-            assert item is not None
             assert item.shape is not None
             width, _, height = outline_of(item.shape).size
             strength = 0.6 * float(width * height) * action.amplitude**2
@@ -214,24 +213,15 @@ class _Compiler:
         flat = force * [1, 1, 0]
         if follow and float(np.linalg.norm(flat)) > 1e-9:
             self.heading[action.name] = flat / float(np.linalg.norm(flat))
-        return ApplyForce(
-            id=action.id,
-            name=action.name,
-            start_step=start,
-            muted=action.muted,
-            force=_triple(force),
-            duration=max(min(duration, self.steps - start), 1),
-        )
+        return ApplyForce(force=_triple(force), **self._kept(action, start, duration))
 
     def _torque(self, action: Action, torque: FloatArray, start: int, duration: int) -> ApplyTorque:
-        return ApplyTorque(
-            id=action.id,
-            name=action.name,
-            start_step=start,
-            muted=action.muted,
-            torque=_triple(torque),
-            duration=max(min(duration, self.steps - start), 1),
-        )
+        return ApplyTorque(torque=_triple(torque), **self._kept(action, start, duration))
+
+    def _kept(self, action: Action, start: int, duration: int) -> dict[str, Any]:
+        """What of an action stays, in its new time."""
+        kept = {name: getattr(action, name) for name in ("id", "name", "muted")}
+        return kept | {"start_step": start, "duration": max(min(duration, self.steps - start), 1)}
 
 
 def _triple(vector: FloatArray) -> tuple[float, float, float]:

@@ -115,11 +115,9 @@ def occlusions() -> list[Row]:
     """F1 of what gets hidden as a ball passes before a plate, against closed forms."""
     compositor, radius = Compositor(pair_scene()), 0.25
     before, after = np.array([-0.2, 2.0, 1.2]), np.array([-0.08, 2.0, 1.22])
-    first = compositor.frame(
-        np.array([PLACE, before]), [IDENTITY] * 2, shadows=False, as_built=True
-    )
-    second = compositor.frame(
-        np.array([PLACE, after]), [IDENTITY] * 2, shadows=False, as_built=True
+    first, second = (
+        compositor.frame(np.array([PLACE, ball]), [IDENTITY] * 2, shadows=False, as_built=True)
+        for ball in (before, after)
     )
     found = ~flow_between(first, second).visible
     y, x = np.nonzero(first.ids == 0)

@@ -12,19 +12,18 @@ import subprocess
 import sys
 import time
 from statistics import median
-from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
-from physagent_studio.benchmark.motion_prior.scenes import SIZE, texture
+from physagent_studio.benchmark.motion_prior.scenes import SIZE, scene, texture
 from physagent_studio.benchmark.rows import Row, at_least, shown
 from physagent_studio.program.rotations import matrix_of
 from physagent_studio.program.scene.camera import Camera
-from physagent_studio.program.scene.state import Floor, SceneObject, SceneState, Sphere, Support
-from physagent_studio.records.scene import Mesh, Scene
+from physagent_studio.program.scene.state import Floor, SceneObject, Sphere, Support
+from physagent_studio.records.scene import Mesh
 from physagent_studio.rendering import Compositor
 
 COUNT, SUBDIVISIONS, RADIUS = 10, 4, 0.16
@@ -78,21 +77,8 @@ def _things() -> tuple[Camera, list[SceneObject], list[Mesh]]:
 
 
 def _ours(camera: Camera, items: list[SceneObject], meshes: list[Mesh]) -> Compositor:
-    backdrop = np.full((*SIZE[::-1], 3), 150, np.uint8)
-    ground = Support(name="floor", shape=Floor())
-    return Compositor(
-        Scene(
-            state=SceneState(camera=camera, objects=tuple(items), supports=(ground,)),
-            photo=backdrop,
-            plate=backdrop,
-            masks=MappingProxyType({}),
-            meshes=MappingProxyType({i.name: m for i, m in zip(items, meshes, strict=True)}),
-            support_meshes=MappingProxyType({}),
-            candidates=MappingProxyType({}),
-            findings=(),
-            hash="bench",
-        )
-    )
+    things = {item.name: (item, mesh) for item, mesh in zip(items, meshes, strict=True)}
+    return Compositor(scene(things, camera, (Support(name="floor", shape=Floor()),), 150))
 
 
 def _theirs(camera: Camera, items: list[SceneObject], meshes: list[Mesh]) -> tuple[Any, Any, Any]:

@@ -18,7 +18,7 @@ from physagent_studio.exchange import load_case
 from physagent_studio.program import PhysicalProgram
 from physagent_studio.program.rotations import matrix_of
 from physagent_studio.program.scene.camera import Camera
-from physagent_studio.program.scene.state import Box, SceneObject, SceneState, Sphere
+from physagent_studio.program.scene.state import Box, SceneObject, SceneState, Sphere, Support
 from physagent_studio.records import Rollout, Scene
 from physagent_studio.records.scene import Mesh
 from physagent_studio.simulation import simulate
@@ -66,12 +66,17 @@ def plate(seed: int = 0) -> Mesh:
     return Mesh(np.vstack([front, back]), both.astype(np.int32), np.vstack([uv, uv]), side)
 
 
-def scene(items: dict[str, tuple[SceneObject, Mesh]]) -> Scene:
-    """Of these objects alone, on nothing, before a flat backdrop."""
-    rows, columns = SIZE[::-1]
-    backdrop = np.full((rows, columns, 3), 128, np.uint8)
+def scene(
+    items: dict[str, tuple[SceneObject, Mesh]],
+    eye: Camera | None = None,
+    supports: tuple[Support, ...] = (),
+    grey: int = 128,
+) -> Scene:
+    """Of these objects alone, on these supports, before a flat backdrop."""
+    objects = tuple(item for item, _ in items.values())
+    backdrop = np.full((*SIZE[::-1], 3), grey, np.uint8)
     return Scene(
-        state=SceneState(camera=camera(), objects=tuple(item for item, _ in items.values())),
+        state=SceneState(camera=eye or camera(), objects=objects, supports=supports),
         photo=backdrop,
         plate=backdrop,
         masks=MappingProxyType({}),

@@ -65,8 +65,6 @@ def bench(
     dose, so many events drawn by seed. variants: names of `VARIANTS`; by default all, `model`
     where an endpoint is set.
     """
-    from physagent_studio.benchmark.paper.bench import write_page
-
     if cases is not None:
         raise InputError("the bench paper draws its own pictures; leave --cases out")
     chosen, names = chosen_events(only, count), _variants(variants)

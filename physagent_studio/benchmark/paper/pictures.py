@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -15,7 +15,14 @@ import yaml
 from numpy.typing import NDArray
 
 from physagent_studio.arrays import BoolArray, FloatArray
-from physagent_studio.benchmark.scenes.catalogue import Thing, built, listed, placed, turned
+from physagent_studio.benchmark.scenes.catalogue import (
+    Thing,
+    built,
+    listed,
+    placed,
+    reshaped,
+    turned,
+)
 from physagent_studio.benchmark.scenes.lights import lamps
 from physagent_studio.benchmark.scenes.pictures import SIZE, Stage
 from physagent_studio.benchmark.scenes.rooms import room
@@ -122,7 +129,7 @@ def _scaled(thing: Thing, size: float | Sequence[float]) -> Thing:
     """Scaled so that its largest side is `size`, or its sides are those."""
     low, high = thing.bounds
     factor = np.asarray(size, float) / (high - low if isinstance(size, Sequence) else 1.0)
-    return _moved(thing, lambda points: points * factor)
+    return reshaped(thing, lambda points: points * factor)
 
 
 def _stood(thing: Thing, said: Mapping[str, Any], props: Mapping[str, Prop]) -> Thing:
@@ -137,16 +144,8 @@ def _stood(thing: Thing, said: Mapping[str, Any], props: Mapping[str, Prop]) -> 
         up, lean = tall * (high[0] - x) / wide, math.atan2(tall, wide)
         cos, sin = math.cos(lean), math.sin(lean)
         about_y = np.array([[cos, 0, sin], [0, 1, 0], [-sin, 0, cos]])
-        thing = _moved(thing, lambda points: points @ about_y.T)
+        thing = reshaped(thing, lambda points: points @ about_y.T)
     return placed(thing, np.array([x, y, up]))
-
-
-def _moved(thing: Thing, change: Any) -> Thing:
-    parts = (
-        replace(part, form=replace(part.form, vertices=change(part.form.vertices)))
-        for part in thing.parts
-    )
-    return replace(thing, parts=tuple(parts))
 
 
 # --- clicks ------------------------------------------------------------------------------------

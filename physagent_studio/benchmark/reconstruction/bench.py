@@ -73,18 +73,16 @@ def _write(out: Path, rows: Sequence[Row]) -> None:
 def _synthetic() -> list[Row]:
     drawn = [scene(seed) for seed in range(SCENES)]
     scenes = [_with_truth(item) for item in drawn]
-    reprojection: list[float] = []
-    place: list[float] = []
-    height: list[float] = []
-    width: list[float] = []
-    for item, made in zip(drawn, scenes, strict=True):
-        reprojection += [f.measured for f in made.findings if f.name == "reprojection"]
-        for truth, found in zip(item.objects, made.state.objects, strict=True):
-            errors = _errors(item, truth, found, made)
-            if errors is not None:
-                place.append(errors[0])
-                height.append(errors[1])
-                width.append(errors[2])
+    reprojection = [f.measured for s in scenes for f in s.findings if f.name == "reprojection"]
+    place, height, width = zip(
+        *(
+            errors
+            for item, made in zip(drawn, scenes, strict=True)
+            for truth, found in zip(item.objects, made.state.objects, strict=True)
+            if (errors := _errors(item, truth, found, made)) is not None
+        ),
+        strict=True,
+    )
     clicked = [value for item in drawn for value in _one_click(item)]
     again = _with_truth(drawn[0])
     same = again.hash == scenes[0].hash and all(
@@ -120,8 +118,6 @@ def _case(item: Drawn) -> Case:
         image=item.image,
         image_hash=photo_hash(item.image),
         objects=objects,
-        supports=(),
-        landmarks=(),
         prompt="The objects stay.",
     )
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
@@ -71,7 +71,7 @@ def built(
             parts += _parts(part, colours, rng)
     faces = 0 if exact else said.get("faces", 180)
     tall = (1.0, 1.0, 1.0 if exact else float(np.exp(rng.normal(0, STRETCH))))
-    thing = _each(Thing(name, tuple(parts)), lambda points: points * tall)
+    thing = reshaped(Thing(name, tuple(parts)), lambda points: points * tall)
     thing = turned(thing, math.radians(float(rng.uniform(-faces, faces))))
     low, high = thing.bounds
     middle = np.array([(low[0] + high[0]) / 2, (low[1] + high[1]) / 2, low[2]])
@@ -136,7 +136,7 @@ def _paint(
 
 def turned(thing: Thing, yaw: float) -> Thing:
     """The thing turned about the vertical."""
-    return _each(thing, lambda points: points @ _about_up(yaw).T)
+    return reshaped(thing, lambda points: points @ _about_up(yaw).T)
 
 
 def turned_in_place(thing: Thing, yaw: float) -> Thing:
@@ -148,10 +148,11 @@ def turned_in_place(thing: Thing, yaw: float) -> Thing:
 
 def placed(thing: Thing, by: FloatArray, scale: float = 1.0) -> Thing:
     """The thing moved by (3,) metres and then scaled about the origin."""
-    return _each(thing, lambda points: (points + by) * scale)
+    return reshaped(thing, lambda points: (points + by) * scale)
 
 
-def _each(thing: Thing, change: Any) -> Thing:
+def reshaped(thing: Thing, change: Callable[[FloatArray], FloatArray]) -> Thing:
+    """The thing with a change of all its vertices (N, 3)."""
     parts = (replace(p, form=_with(p.form, change(p.form.vertices))) for p in thing.parts)
     return replace(thing, parts=tuple(parts))
 

@@ -86,18 +86,13 @@ def load_forces(path: Path, names: Sequence[str] = (), event: str | None = None)
             (name, Grounding(points=(Click(x=at[0], y=at[1], label=1),)))
             for name, (_, at) in zip(called, found, strict=True)
         ),
-        supports=(),
-        landmarks=(),
         prompt=dict(events)[chosen],
         event=chosen,
         events=events,
     )
     return PeerSetup(
         case=case,
-        objects=tuple(PeerObject(n, "rigid", None, None, {"kind": "rigid"}) for n in called),
-        clip={},
-        gravity=None,
-        floor_friction=None,
+        objects=tuple(PeerObject(name) for name in called),
         left_out=tuple(left_out),
         motion=Motion(pushes=tuple(one for one in pushes if one is not None)),
     )

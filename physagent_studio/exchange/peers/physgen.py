@@ -60,8 +60,6 @@ def load_physgen(path: Path, names: Sequence[str] = (), prompt: str = "") -> Pee
         image=pixels,
         image_hash=image_hash,
         objects=tuple(zip(called, grounded, strict=True)),
-        supports=(),
-        landmarks=(),
         prompt=said,
         event="given" if prompt else "moves",
         events=(("given" if prompt else "moves", said),),
@@ -74,7 +72,6 @@ def load_physgen(path: Path, names: Sequence[str] = (), prompt: str = "") -> Pee
         objects=tuple(
             _object(path, doc, n, i, info) for n, (i, info) in zip(called, things, strict=True)
         ),
-        clip={},
         gravity=(0.0, 0.0, -9.81 * gravity / _GRAVITY) if gravity else None,
         floor_friction=_optional(path, doc, ("ground_friction",), doc.data.get("ground_friction")),
         left_out=tuple(left_out),
@@ -136,18 +133,12 @@ def _grounding(path: Path, labels: np.ndarray, number: int) -> Grounding:
 def _object(
     path: Path, doc: PlainYaml, name: str, number: int, info: Mapping[str, Any]
 ) -> PeerObject:
-    place = ("obj_info", str(number))
-    density = _optional(path, doc, (*place, "density"), info.get("density"))
-    friction = _optional(path, doc, (*place, "friction"), info.get("friction"))
-    bounce = _optional(path, doc, (*place, "elasticity"), info.get("elasticity"))
-    return PeerObject(
-        name,
-        "rigid",
-        None if density is None else min(max(1000 * density, 0.1), 30000.0),
-        None if friction is None else min(max(friction, 0.0), 5.0),
-        {"kind": "rigid"},
-        None if bounce is None else min(max(bounce, 0.0), 1.0),
-    )
+    def kept(key: str, low: float, high: float, unit: float = 1.0) -> float | None:
+        found = _optional(path, doc, ("obj_info", str(number), key), info.get(key))
+        return None if found is None else min(max(unit * found, low), high)
+
+    density, friction = kept("density", 0.1, 30000.0, 1000.0), kept("friction", 0.0, 5.0)
+    return PeerObject(name, density, friction, restitution=kept("elasticity", 0.0, 1.0))
 
 
 def _speed(path: Path, doc: PlainYaml, number: int) -> tuple[float, float]:

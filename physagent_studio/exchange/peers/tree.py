@@ -92,12 +92,7 @@ _COMPARED: dict[type, Callable[[Any, Any], bool]] = {
     ast.In: lambda one, other: one in other,
 }
 _NUMERIC: dict[str, Callable[..., Any]] = {
-    "sin": math.sin,
-    "cos": math.cos,
-    "tan": math.tan,
-    "sqrt": math.sqrt,
-    "exp": math.exp,
-    "radians": math.radians,
+    **{name: getattr(math, name) for name in ("sin", "cos", "tan", "sqrt", "exp", "radians")},
     "deg2rad": math.radians,
     "abs": abs,
     "min": min,

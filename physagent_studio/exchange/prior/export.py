@@ -88,7 +88,8 @@ def export_motion_prior(
     folder = Path(folder)
     key = {"scene": scene.hash, "program": program.hash, "rollout": rollout.program_hash}
     key = {**key, "fps": fps, "format": FORMAT, "version": __version__}
-    if _finished(folder, key):
+    done = _read_json(folder / META) or {}
+    if done.get("kind") == MARK and done.get("made_from") == key:
         return folder
     _open(folder, key)
     sink = Sink(folder)
@@ -230,11 +231,6 @@ def _mask_picture(frame: Frame) -> NDArray[np.uint8]:
     owner = frame.ids.ravel()[hits.pixel]
     picture[hits.pixel] = np.array(PALETTE, np.uint8)[owner % len(PALETTE)]
     return picture.reshape(*frame.ids.shape, 3)
-
-
-def _finished(folder: Path, key: dict[str, Any]) -> bool:
-    meta = _read_json(folder / META)
-    return meta is not None and meta.get("kind") == MARK and meta.get("made_from") == key
 
 
 def _open(folder: Path, key: dict[str, Any]) -> None:

@@ -17,7 +17,7 @@ from physagent_studio.errors import EditError, Problem, ProgramError
 from physagent_studio.program.base import Frozen
 from physagent_studio.program.program import PhysicalProgram
 from physagent_studio.program.text.document import validate_data
-from physagent_studio.program.text.problems import nearest
+from physagent_studio.program.text.problems import hint, label_of
 
 Path = Annotated[str, Field(min_length=1, max_length=500)]
 
@@ -133,26 +133,18 @@ def _add(data: Any, edit: AddItem) -> Edit:
         message = f"cannot add at position {index}"
         raise EditError((Problem(edit.path, message, f"0 … {len(items)}"),))
     items.insert(index, copy.deepcopy(edit.item))
-    label = _label(edit.item)
+    label = label_of(edit.item)
     return RemoveItem(path=f"{edit.path}.{index if label is None else label}")
 
 
 def _renamed(edit: SetField, parent: Any, key: Any) -> str:
     """Where the field is found after the edit: setting an id or name moves its own path."""
     head = edit.path.split(".")
-    label = _label(parent)
+    label = label_of(parent)
     if label is not None and key == ("id" if "id" in parent else "name") and len(head) >= 2:
         return ".".join([*head[:-2], label, head[-1]])
-    new = _label(parent[key]) if isinstance(parent, list) else None
+    new = label_of(parent[key]) if isinstance(parent, list) else None
     return edit.path if new is None else ".".join([*head[:-1], new])
-
-
-def _label(item: Any) -> str | None:
-    """What names a list item in a path: its id, else its name."""
-    if not isinstance(item, dict):
-        return None
-    label = item.get("id", item.get("name"))
-    return label if isinstance(label, str) else None
 
 
 def _locate(data: Any, path: str) -> tuple[Any, Any]:
@@ -171,24 +163,19 @@ def _key(node: Any, part: str, here: str) -> Any:
     if isinstance(node, dict):
         if part in node:
             return part
-        message = f"has no field '{part}'{_hint(part, node)}"
+        message = f"has no field '{part}'{hint(part, node)}"
         raise EditError((Problem(here, message, f"fields: {', '.join(node)}"),))
     if isinstance(node, list):
         for index, item in enumerate(node):
-            if _label(item) == part:
+            if label_of(item) == part:
                 return index
-        if part.isdecimal() and int(part) < len(node) and _label(node[int(part)]) is None:
+        if part.isdecimal() and int(part) < len(node) and label_of(node[int(part)]) is None:
             return int(part)
-        names = [_label(item) or str(index) for index, item in enumerate(node)]
-        message = f"has no item '{part}'{_hint(part, names)}"
+        names = [label_of(item) or str(index) for index, item in enumerate(node)]
+        message = f"has no item '{part}'{hint(part, names)}"
         known = ", ".join(names) or "none"
         raise EditError((Problem(here, message, f"items: {known}"),))
     raise EditError((Problem(here, f"has no parts, so '{part}' cannot be found in it"),))
-
-
-def _hint(word: str, known: Iterable[str]) -> str:
-    near = nearest(word, known)
-    return f"; did you mean '{near}'?" if near else ""
 
 
 def value_at(program: PhysicalProgram, path: str) -> JsonValue:

@@ -10,7 +10,7 @@ from pydantic import Field, model_validator
 
 from physagent_studio.program.actions import Action, After, Directed, OnContact, When, duration_of
 from physagent_studio.program.base import Frozen, Text
-from physagent_studio.program.contract import Contract
+from physagent_studio.program.contract import Contract, spoken_of
 from physagent_studio.program.scene.aloft import AIR, problem_of
 from physagent_studio.program.scene.materials import MATERIALS
 from physagent_studio.program.scene.state import SceneState
@@ -198,16 +198,14 @@ def _unknown_in_contract(
             problems.append(f"{path}.low|is more than high|at most {getattr(statement, 'high', 0)}")
         if (statement.to_step or 100_000) < (statement.from_step or 0):
             problems.append(f"{path}.to_step|comes before from_step|{statement.from_step} or more")
-        for name in (*getattr(statement, "of", ()), *_ordered(statement)):
+        for name in spoken_of(statement):
             problems += _unknown(path, name, ids - {statement.id}, "statement")
     return problems
 
 
 def _circular(program: PhysicalProgram) -> list[str]:
     """Composites that lead back to themselves through others."""
-    parts = {
-        one.id: (*getattr(one, "of", ()), *_ordered(one)) for one in program.contract.statements
-    }
+    parts = {one.id: spoken_of(one) for one in program.contract.statements}
     problems: list[str] = []
     for start in parts:
         seen: set[str] = set()
@@ -222,11 +220,6 @@ def _circular(program: PhysicalProgram) -> list[str]:
                 seen.add(name)
                 ahead += parts.get(name, ())
     return problems
-
-
-def _ordered(statement: object) -> tuple[str, ...]:
-    first, second = getattr(statement, "first", None), getattr(statement, "second", None)
-    return tuple(name for name in (first, second) if isinstance(name, str))
 
 
 def _windows(program: PhysicalProgram) -> list[str]:

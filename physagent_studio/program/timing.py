@@ -62,8 +62,7 @@ def retimed(program: PhysicalProgram, factor: float, *, skip: float = 0.0) -> tu
     earlier = round(skip / clip.step_seconds)
     found: list[Edit] = []
     for field in ("step_seconds", "steps_per_frame", "substeps"):
-        if getattr(clip, field) != getattr(program.clip, field):
-            found.append(SetField(path=f"clip.{field}", value=getattr(clip, field)))
+        found += _changed(f"clip.{field}", getattr(program.clip, field), getattr(clip, field))
     for action in program.event.actions:
         base = f"event.actions.{action.id}"
         whole = action.start_step + duration_of(action) >= program.clip.steps
@@ -120,5 +119,5 @@ def _condition(base: str, when: OnContact | After | When, ratio: float, last: in
     return found
 
 
-def _changed(path: str, before: int, after: int) -> list[Edit]:
+def _changed(path: str, before: float, after: float) -> list[Edit]:
     return [SetField(path=path, value=after)] if after != before else []

@@ -246,8 +246,6 @@ def _landmarks(program: PhysicalProgram) -> Iterator[PreflightFinding]:
                 # Something speaks of it: only a person can say where it is.
                 edits = ()
             yield finding("unplaced", path, message, edits)
-        elif landmark.points and not np.isfinite(np.array(landmark.points)).all():
-            continue
 
 
 _TINY = 1e-12

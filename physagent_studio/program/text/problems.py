@@ -50,9 +50,8 @@ def path_of(location: Location, data: Any) -> str:
     node: Any = data
     for key in location:
         node = _step(node, key)
-        label = node.get("id", node.get("name")) if isinstance(node, dict) else None
-        named = isinstance(key, int) and isinstance(label, str)
-        parts.append(str(label) if named else str(key))
+        label = label_of(node) if isinstance(key, int) else None
+        parts.append(str(key) if label is None else label)
     return ".".join(_short(part) for part in parts)
 
 
@@ -100,8 +99,7 @@ def _own(message: str, data: Any, lines: Mapping[Location, int] | None) -> list[
         path, text, allowed = (*row.split("|"), "", "")[:3]
         if allowed.startswith("known: "):
             wanted = re.search(r"'([^']*)'$", text)
-            near = nearest(wanted.group(1), allowed[7:].split(", ")) if wanted else ""
-            text += f"; did you mean '{near}'?" if near else ""
+            text += hint(wanted.group(1), allowed[7:].split(", ")) if wanted else ""
         line = line_of(location_of(path, data), lines)
         found.append(Problem(path, text, allowed, line))
     return found
@@ -116,10 +114,7 @@ def location_of(path: str, data: Any) -> Location:
         if isinstance(node, dict) and part in node:
             key = part
         elif isinstance(node, list):
-            labels = [
-                item.get("id", item.get("name")) if isinstance(item, dict) else None
-                for item in node
-            ]
+            labels = [label_of(item) for item in node]
             if part in labels:
                 key = labels.index(part)
             elif part.isdecimal() and int(part) < len(node):
@@ -133,12 +128,17 @@ def location_of(path: str, data: Any) -> Location:
     return tuple(location)
 
 
-def nearest(word: str, known: Iterable[str]) -> str:
-    """The known name that `word` most likely means, or ""."""
-    choices = list(known)
-    lower = {choice.lower(): choice for choice in choices}
+def hint(word: str, known: Iterable[str]) -> str:
+    """For the end of a message: the known name that `word` most likely means, or ""."""
+    lower = {choice.lower(): choice for choice in known}
     found = difflib.get_close_matches(word.lower(), list(lower), n=1, cutoff=0.6)
-    return lower[found[0]] if found else ""
+    return f"; did you mean '{lower[found[0]]}'?" if found else ""
+
+
+def label_of(item: Any) -> str | None:
+    """What names a list item in a path: its id, else its name."""
+    label = item.get("id", item.get("name")) if isinstance(item, dict) else None
+    return label if isinstance(label, str) else None
 
 
 # --- one finding ------------------------------------------------------------------------------
@@ -159,17 +159,15 @@ def _told(
         return f"does not say which {tag} it is", f"{tag}: {known}" if known else ""
     if kind == "union_tag_invalid":
         tag, given = context["discriminator"].strip("'"), str(context["tag"])
-        near = nearest(given, _names(context))
-        hint = f"; did you mean '{near}'?" if near else ""
-        return f"there is no {tag} '{_short(given)}'{hint}", f"known: {_listed(context)}"
+        meant = hint(given, _names(context))
+        return f"there is no {tag} '{_short(given)}'{meant}", f"known: {_listed(context)}"
     return _told_of_value(item, kind, context)
 
 
 def _unknown_field(location: Location, fields: Fields | None) -> tuple[str, str]:
     known = fields(location[:-1]) if fields is not None and location else ()
-    near = nearest(str(location[-1]), known) if location else ""
-    hint = f"; did you mean '{near}'?" if near else ""
-    return f"is not a known field{hint}", f"fields: {', '.join(known)}" if known else ""
+    meant = hint(str(location[-1]), known) if location else ""
+    return f"is not a known field{meant}", f"fields: {', '.join(known)}" if known else ""
 
 
 def _names(context: Any) -> list[str]:
@@ -215,9 +213,8 @@ def _told_of_value(item: Any, kind: str, context: Any) -> tuple[str, str]:
     if kind in _TYPES:
         return _TYPES[kind] + given, ""
     if kind == "literal_error":
-        near = nearest(str(item.get("input")), _names(context))
-        hint = f"; did you mean '{near}'?" if near else ""
-        return f"must be one of the allowed words{given}{hint}", _listed(context)
+        meant = hint(str(item.get("input")), _names(context))
+        return f"must be one of the allowed words{given}{meant}", _listed(context)
     if kind == "string_pattern_mismatch":
         return f"is not a name{given}", "letters, digits, _ and -, at most 64"
     if kind in ("too_long", "too_short"):

@@ -128,9 +128,14 @@ class Batch:
         """
         longest = _longest(world, self.faces)
         before = _longest(self.vertices, self.faces)
-        size = np.zeros(len(self.first) - 1)
-        np.maximum.at(size, self.owner, np.linalg.norm(self.vertices, axis=1))
-        return longest > np.maximum(_TORN * before, _CRACK * size[self.face_owner])
+        return longest > np.maximum(_TORN * before, _CRACK * self.radii[self.face_owner])
+
+    @property
+    def radii(self) -> FloatArray:
+        """(N,) how far each object reaches from its origin, m."""
+        radii = np.zeros(len(self.first) - 1)
+        np.maximum.at(radii, self.owner, np.linalg.norm(self.vertices, axis=1))
+        return radii
 
 
 def _longest(vertices: FloatArray, faces: IntArray) -> FloatArray:

@@ -93,7 +93,7 @@ class Compositor:
         self._mirror = Mirror.of(scene, self._skin, ground, world) if lit else None
         hits = self._cast(points)
         self._tolerance = self._stage.tolerances(
-            hits, self._owner(hits), _radii(self._batch), self._shown(scene, hits)
+            hits, self._owner(hits), self._batch.radii, self._shown(scene, hits)
         )
 
     def frame(
@@ -299,11 +299,3 @@ def _meshes(scene: Scene, photographed: bool) -> list[Mesh]:
 def _opened(batch: Batch, indices: list[int]) -> Batch:
     """A batch in which the faces of these objects are seen from both sides."""
     return replace(batch, one_sided=batch.one_sided & ~np.isin(batch.face_owner, indices))
-
-
-def _radii(batch: Batch) -> FloatArray:
-    count = len(batch.first) - 1
-    lengths = np.linalg.norm(batch.vertices, axis=1)
-    radii = np.zeros(count)
-    np.maximum.at(radii, batch.owner, lengths)
-    return radii

@@ -7,6 +7,7 @@ coordinates), which is fast and bends; cloth and rope have a node at every corne
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -70,7 +71,7 @@ def _solid_flex(item: SceneObject, body: Soft | Plastic, solid: Solid, mesh: Mes
         f'<elasticity young="{body.young}" poisson="{body.poisson}"'
         f' damping="{body.damping}"{yields}/>'
     )
-    inner += _box_pins(_turn(item), body.pinned)
+    inner += _pins(_turn(item), body.pinned, axes=3, last=2)
     spread = f'type="direct" dim="3" dof="quadratic" point="{_row(corners)}" element="{_row(tets)}"'
     volume = solid.mass.volume
     return Flex(item.name, _flexcomp(item, spread, inner, volume, _turn(item), 5e-4), volume)
@@ -85,7 +86,7 @@ def _cloth(item: SceneObject, body: Cloth, solid: Solid) -> Flex:
         f'<elasticity young="{body.young}" poisson="0.2" damping="{body.damping}"'
         f' thickness="{body.thickness}" elastic2d="both"/>'
     )
-    inner += _sheet_pins(turn, body.pinned, count)
+    inner += _pins(turn, body.pinned, axes=2, last=body.cells)
     spread = (
         f'type="grid" dim="2" count="{count} {count} 1"'
         f' spacing="{wide / body.cells} {high / body.cells} 1"'
@@ -154,35 +155,18 @@ def _side(turn: FloatArray, where: str, axes: int) -> tuple[int, bool]:
     return axis, bool(along[axis] > 0)
 
 
-def _box_pins(turn: FloatArray, pinned: str) -> str:
-    """Pins of the 3 × 3 × 3 grid of a quadratic body."""
+def _pins(turn: FloatArray, pinned: str, axes: int, last: int) -> str:
+    """Pins of a grid whose nodes run from 0 to `last` along each of its axes."""
     if pinned == "none":
         return ""
     if pinned in ("all_corners", "top_corners"):
-        ends = [(x, y, z) for x in (0, 2) for y in (0, 2) for z in (0, 2)]
+        ends = list(itertools.product((0, last), repeat=axes))
         if pinned == "top_corners":
-            axis, far = _side(turn, "top", 3)
-            ends = [end for end in ends if end[axis] == (2 if far else 0)]
-        return "".join(f'<pin grid="{x} {y} {z}"/>' for x, y, z in ends)
-    axis, far = _side(turn, pinned, 3)
-    low, high = [0, 0, 0], [2, 2, 2]
-    low[axis] = high[axis] = 2 if far else 0
-    return f'<pin gridrange="{_row(np.array(low + high))}"/>'
-
-
-def _sheet_pins(turn: FloatArray, pinned: str, count: int) -> str:
-    """Pins of the count × count grid of a cloth."""
-    last = count - 1
-    if pinned == "none":
-        return ""
-    if pinned in ("all_corners", "top_corners"):
-        ends = [(x, y) for x in (0, last) for y in (0, last)]
-        if pinned == "top_corners":
-            axis, far = _side(turn, "top", 2)
+            axis, far = _side(turn, "top", axes)
             ends = [end for end in ends if end[axis] == (last if far else 0)]
-        return "".join(f'<pin grid="{x} {y}"/>' for x, y in ends)
-    axis, far = _side(turn, pinned, 2)
-    low, high = [0, 0], [last, last]
+        return "".join(f'<pin grid="{_row(np.array(end))}"/>' for end in ends)
+    axis, far = _side(turn, pinned, axes)
+    low, high = [0] * axes, [last] * axes
     low[axis] = high[axis] = last if far else 0
     return f'<pin gridrange="{_row(np.array(low + high))}"/>'
 

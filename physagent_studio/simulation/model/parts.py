@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
-
 import numpy as np
 
 from physagent_studio.program.rotations import cross, matrix_of, quaternion_of
@@ -16,110 +14,47 @@ ZERO = np.zeros(3)
 """The vector that is known to be zero."""
 
 
-class Part(ABC):
-    """What actions may ask of an object and do to it. rotation: `R_world_body`, (3, 3)."""
-
-    def __init__(self, model: Model, data: Data) -> None:
-        self.model = model
-        self.data = data
-
-    @property
-    @abstractmethod
-    def mass(self) -> float:
-        """kg."""
-
-    @abstractmethod
-    def position(self) -> FloatArray:
-        """(3,) m, of the body's origin, a copy."""
-
-    @abstractmethod
-    def rotation(self) -> FloatArray:
-        """`R_world_body`, (3, 3)."""
-
-    @abstractmethod
-    def velocity(self) -> FloatArray:
-        """(3,) m/s, a copy."""
-
-    @abstractmethod
-    def angular(self) -> FloatArray:
-        """(3,) rad/s."""
-
-    @abstractmethod
-    def inertia(self) -> FloatArray:
-        """(3, 3) kg·m², about the centre of mass."""
-
-    @abstractmethod
-    def centre(self) -> FloatArray:
-        """(3,) m: the centre of mass; its offset from the body's origin is usually zero."""
-
-    @abstractmethod
-    def kinetic(self) -> float:
-        """J."""
-
-    @abstractmethod
-    def set_velocity(self, velocity: FloatArray) -> None:
-        """Assigns the linear velocity."""
-
-    @abstractmethod
-    def set_angular(self, angular: FloatArray) -> None:
-        """Assigns the angular velocity, world, rad/s."""
-
-    @abstractmethod
-    def set_pose(self, position: FloatArray | None, rotation: FloatArray | None) -> None:
-        """Places or turns the object; its velocity becomes zero. rotation: wxyz."""
-
-    @abstractmethod
-    def push(self, force: FloatArray, torque: FloatArray) -> None:
-        """Adds a force (N) at the centre of mass and a torque (N·m) until the next clearing."""
-
-    @abstractmethod
-    def hold(self) -> None:
-        """Keeps the object where it is from now on; may need `keep` before each engine step."""
-
-    @abstractmethod
-    def release(self) -> None:
-        """Ends `hold`."""
-
-
-class RigidPart(Part):
-    """A free rigid body."""
+class RigidPart:
+    """A free rigid body. mass: kg."""
 
     def __init__(self, model: Model, data: Data, handle: Handle) -> None:
-        super().__init__(model, data)
-        self.handle = handle
+        self.model, self.data, self.handle = model, data, handle
         # Views of the engine's memory, which stays where it is.
         self._place = data.qpos[handle.position : handle.position + 3]
         self._rate = data.qvel[handle.velocity : handle.velocity + 3]
         self._wrench = data.xfrc_applied[handle.body]
-        self._mass = float(model.body_mass[handle.body])
-
-    @property
-    def mass(self) -> float:
-        return self._mass
+        self.mass = float(model.body_mass[handle.body])
 
     def position(self) -> FloatArray:
+        """(3,) m, of the body's origin, a copy."""
         return self._place.copy()
 
     def rotation(self) -> FloatArray:
+        """`R_world_body`, (3, 3)."""
         at = self.handle.position + 3
         return matrix_of(self.data.qpos[at : at + 4].tolist())
 
     def velocity(self) -> FloatArray:
+        """(3,) m/s, a copy."""
         return self._rate.copy()
 
     def angular(self) -> FloatArray:
+        """(3,) rad/s."""
         at = self.handle.velocity + 3
         return self.rotation() @ self.data.qvel[at : at + 3]
 
     def inertia(self) -> FloatArray:
+        """(3, 3) kg·m², about the centre of mass."""
         body = self.handle.body
         turn = self.rotation() @ matrix_of(self.model.body_iquat[body].tolist())
         return turn @ np.diag(self.model.body_inertia[body]) @ turn.T
 
     def centre(self) -> FloatArray:
+        """(3,) m: the centre of mass; its offset from the body's origin is usually zero."""
         return self.position() + self.rotation() @ self.model.body_ipos[self.handle.body]
 
     def kinetic(self) -> float:
+        """J."""
         at, body = self.handle.velocity + 3, self.handle.body
         # In the body frame, as the engine keeps it.
         turning, middle = self.data.qvel[at : at + 3], self.model.body_ipos[body]
@@ -131,15 +66,18 @@ class RigidPart(Part):
         return 0.5 * self.mass * float(velocity @ velocity) + 0.5 * inner
 
     def set_velocity(self, velocity: FloatArray) -> None:
+        """Assigns the linear velocity."""
         at = self.handle.velocity
         self.data.qvel[at : at + 3] = velocity
 
     def set_angular(self, angular: FloatArray) -> None:
+        """Assigns the angular velocity, world, rad/s."""
         # MuJoCo keeps the angular velocity of a free joint in the body frame.
         at = self.handle.velocity + 3
         self.data.qvel[at : at + 3] = self.rotation().T @ angular
 
     def set_pose(self, position: FloatArray | None, rotation: FloatArray | None) -> None:
+        """Places or turns the object; its velocity becomes zero. rotation: wxyz."""
         handle = self.handle
         if position is not None:
             self.data.qpos[handle.position : handle.position + 3] = position
@@ -150,6 +88,7 @@ class RigidPart(Part):
             self._anchor()
 
     def push(self, force: FloatArray, torque: FloatArray) -> None:
+        """Adds a force (N) at the centre of mass and a torque (N·m) until the next clearing."""
         self._wrench[:3] += force
         if torque is not ZERO:
             self._wrench[3:] += torque
@@ -182,22 +121,16 @@ class RigidPart(Part):
         self.data.eq_active[[self.handle.weld, self.handle.pin]] = 0
 
 
-class CloudPart(Part):
+class CloudPart:
     """Many nodes that are moved as one: an action on the object is shared out by mass."""
 
     def __init__(self, model: Model, data: Data, cloud: Cloud, mass: float) -> None:
-        super().__init__(model, data)
-        self.cloud = cloud
-        self._mass = mass
+        self.model, self.data, self.cloud, self.mass = model, data, cloud, mass
         free = cloud.free
         self._q = cloud.position[free][:, None] + np.arange(3)
         self._v = cloud.velocity[free][:, None] + np.arange(3)
         self._bodies = cloud.bodies[free]
         self._masses = mass * cloud.shares[free]
-
-    @property
-    def mass(self) -> float:
-        return self._mass
 
     def _places(self) -> FloatArray:
         return self.cloud.places(self.data.qpos)
@@ -215,14 +148,14 @@ class CloudPart(Part):
         return self.cloud.motion(self._places(), self.cloud.speeds(self.data.qvel))[1]
 
     def inertia(self) -> FloatArray:
-        return self._mass * self.cloud.inertia(self._places())
+        return self.mass * self.cloud.inertia(self._places())
 
     def centre(self) -> FloatArray:
         return self.position()
 
     def kinetic(self) -> float:
         speeds = self.cloud.speeds(self.data.qvel)
-        return float(0.5 * self._mass * self.cloud.shares @ np.square(speeds).sum(1))
+        return float(0.5 * self.mass * self.cloud.shares @ np.square(speeds).sum(1))
 
     def set_velocity(self, velocity: FloatArray) -> None:
         """The whole keeps its turning and its inner motion."""
@@ -281,6 +214,10 @@ class CloudPart(Part):
 
     def release(self) -> None:
         self.data.qvel[self._v] = 0
+
+
+Part = RigidPart | CloudPart
+"""What actions ask of an object and do to it."""
 
 
 def part_of(compiled: Compiled, handle: Handle | Cloud, density: float) -> Part:

@@ -24,15 +24,11 @@ def decoded(data: bytes, alpha: bool, factor: int) -> Pixels | None:
         pixels = cv2.imdecode(raw, REDUCED[factor])
         if pixels is not None and factor > 1:
             pixels = cv2.cvtColor(pixels, cv2.COLOR_BGR2RGB)
-        return _rgb(pixels)
+        return None if pixels is None else pixels.astype(np.uint8, copy=False)
     except cv2.error as error:
         if error.code == cv2.Error.StsNoMem:
             raise MemoryError from error
         return None
-
-
-def _rgb(pixels: np.ndarray | None) -> Pixels | None:
-    return None if pixels is None else pixels.astype(np.uint8, copy=False)
 
 
 def _on_white(pixels: np.ndarray | None) -> Pixels | None:

@@ -137,11 +137,12 @@ class EventMismatch(Frozen):
 class _Verdict(Frozen):
     passed: bool
 
-    def _aspects(self) -> dict[str, Said]:
+    def aspects(self) -> dict[str, Said]:
+        """What was judged one by one, by name."""
         return {}
 
     def _failing(self) -> list[str]:
-        return [name for name, said in self._aspects().items() if not said.ok]
+        return [name for name, said in self.aspects().items() if not said.ok]
 
     @model_validator(mode="after")
     def _of_one_mind(self) -> _Verdict:
@@ -163,7 +164,7 @@ class StageOneReply(_Verdict):
     camera: Said
     mismatches: Annotated[tuple[SceneMismatch, ...], Field(max_length=24)] = ()
 
-    def _aspects(self) -> dict[str, Said]:
+    def aspects(self) -> dict[str, Said]:
         names = ("points", "shapes", "placement", "supports", "camera")
         return {name: getattr(self, name) for name in names}
 
@@ -178,7 +179,7 @@ class StageTwoReply(_Verdict):
     material_response: Said
     mismatches: Annotated[tuple[EventMismatch, ...], Field(max_length=24)] = ()
 
-    def _aspects(self) -> dict[str, Said]:
+    def aspects(self) -> dict[str, Said]:
         return {name: getattr(self, name.replace(" ", "_")) for name in CRITERIA}
 
     def _failing(self) -> list[str]:

@@ -111,7 +111,8 @@ class Line:
                 if failure.outcome == "too large":
                     raise Invalid(text) from None
                 tries += 1
-                pause = self._pause(tries, failure.wait)
+                own = patience.backoff * 2 ** (tries - 1)
+                pause = min(LONGEST_WAIT, max(own, failure.wait or 0.0))
                 spent = time.monotonic() - began + pause
                 most = min(patience.retries, MOST_BILLED) if failure.billed else patience.retries
                 if not failure.passing or tries > most or spent > patience.total:
@@ -130,10 +131,6 @@ class Line:
             self.rung += 1
             return True
         return False
-
-    def _pause(self, tries: int, wanted: float | None) -> float:
-        own = self.endpoint.patience.backoff * 2 ** (tries - 1)
-        return min(LONGEST_WAIT, max(own, wanted or 0.0))
 
     def _once(self, question: Question, tries: int) -> Answer:
         self.ledger.check()

@@ -15,7 +15,7 @@ from physagent_studio.agent.vlm.line import Line
 from physagent_studio.agent.vlm.messages import Invalid, Turn, VlmError, prompt, quoted
 from physagent_studio.program import AddItem, Edit, MoveItem, RemoveItem, SetField, apply
 from physagent_studio.program.base import overlap
-from physagent_studio.records import Assessment, Hunk, Memory, MemoryEntry, Proposal
+from physagent_studio.records import Hunk, Memory, MemoryEntry, Proposal
 
 AUTHOR = "vlm"
 MOST_ENTRIES = 6
@@ -211,7 +211,8 @@ def _proposal(
 
 
 def _no_change(situation: Situation, why: str) -> Proposal:
-    failed = _what_failed(situation.assessment)
+    diagnosis = situation.assessment.diagnosis
+    failed = diagnosis[0].text if diagnosis else "the verdict is negative"
     return Proposal(
         id=_id(situation, why),
         hunks=(),
@@ -222,11 +223,6 @@ def _no_change(situation: Situation, why: str) -> Proposal:
         f"{failed}?",
         author=AUTHOR,
     )
-
-
-def _what_failed(assessment: Assessment) -> str:
-    texts = [item.text for item in assessment.diagnosis]
-    return texts[0] if texts else "the verdict is negative"
 
 
 def _id(situation: Situation, content: str) -> str:

@@ -28,8 +28,6 @@ def scene_assessment(reply: StageOneReply, findings: tuple[Finding, ...]) -> Ass
     if reply.passed and failing:
         texts = "; ".join(item.text for item in failing[:3])
         contradiction = f"the model passes the reconstruction, but it was measured: {texts}"
-    aspects = ("points", "shapes", "placement", "supports", "camera")
-    criteria = [(name, getattr(reply, name)) for name in aspects]
     seen = tuple(
         Mismatch(code=item.code, text=item.text, subject=item.subject) for item in reply.mismatches
     )
@@ -37,7 +35,7 @@ def scene_assessment(reply: StageOneReply, findings: tuple[Finding, ...]) -> Ass
         stage="reconstruction",
         passed=reply.passed and not failing,
         checks=tuple(_check(item) for item in findings),
-        criteria=tuple(Criterion(name=n, ok=s.ok, reason=s.reason) for n, s in criteria),
+        criteria=_criteria(reply),
         diagnosis=(*seen, *map(_finding_mismatch, failing), *_flag(contradiction)),
         author=AUTHOR,
         contradiction=contradiction,
@@ -48,7 +46,6 @@ def rollout_assessment(reply: StageTwoReply, evidence: RolloutEvidence) -> Asses
     """Passes only where the model and the measured contract agree that it does."""
     failing = _failing(evidence.checks)
     contradiction = _contradiction(reply, evidence, failing)
-    said = [(name, getattr(reply, name.replace(" ", "_"))) for name in CRITERIA]
     texts = {clause.id: clause.text for clause in evidence.program.contract.clauses}
     per_frame = evidence.rollout.steps_per_frame
     seen = tuple(
@@ -66,7 +63,7 @@ def rollout_assessment(reply: StageTwoReply, evidence: RolloutEvidence) -> Asses
         stage="simulation",
         passed=reply.passed and not failing,
         checks=evidence.checks,
-        criteria=tuple(Criterion(name=n, ok=s.ok, reason=s.reason) for n, s in said),
+        criteria=_criteria(reply),
         clauses=tuple(
             Criterion(name=texts[item.clause], ok=item.ok, reason=item.reason)
             for item in reply.clauses
@@ -76,6 +73,11 @@ def rollout_assessment(reply: StageTwoReply, evidence: RolloutEvidence) -> Asses
         author=AUTHOR,
         contradiction=contradiction,
     )
+
+
+def _criteria(reply: StageOneReply | StageTwoReply) -> tuple[Criterion, ...]:
+    said = reply.aspects().items()
+    return tuple(Criterion(name=name, ok=one.ok, reason=one.reason) for name, one in said)
 
 
 def _contradiction(

@@ -280,16 +280,9 @@ def pose_of(
     fov = math.radians(45)
     middle = centre if target is None else target
     away = size * 2.2 if target is None else max(size * 0.9, 0.25)
-    up = np.array([0.0, 0.0, 1.0])
-    if view == "top":
-        return Pose(
-            middle + np.array([0, -1e-3, 1.2]) * away, middle, np.array([0.0, 1.0, 0.0]), fov
-        )
-    if view == "side":
-        return Pose(middle + np.array([1, 0, 0.15]) * away, middle, up, fov)
-    if view == "front":
-        return Pose(middle + np.array([0.12, -1, 0.3]) * away, middle, up, fov)
-    return Pose(middle + np.array([0.45, -0.8, 0.4]) * away, middle, up, fov)
+    up = np.array([0.0, 1.0, 0.0] if view == "top" else [0.0, 0.0, 1.0])
+    ways = {"top": (0, -1e-3, 1.2), "side": (1, 0, 0.15), "front": (0.12, -1, 0.3)}
+    return Pose(middle + np.array(ways.get(view, (0.45, -0.8, 0.4))) * away, middle, up, fov)
 
 
 def _photo_pose(camera: Camera, centre: FloatArray, aspect: float) -> Pose:

@@ -139,7 +139,7 @@ class Stage:
             self._deforming.pose(view.step)
             self._collisions.pose(poses)
             self._frame(snapshot, view, poses)
-            self._marks.draw(snapshot, view, self._size(snapshot.program), words)
+            self._marks.draw(snapshot, view, self._measured(snapshot.program)[1], words)
         self._server.flush()
 
     def _move(self, poses: Poses) -> None:
@@ -267,9 +267,6 @@ class Stage:
         if self._extent is None or self._extent[0] is not objects:
             self._extent = (objects, *centre_and_size(program))
         return self._extent[1:]
-
-    def _size(self, program: PhysicalProgram) -> float:
-        return self._measured(program)[1]
 
 
 def _said(name: str) -> str:

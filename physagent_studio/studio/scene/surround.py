@@ -68,13 +68,10 @@ def _pixels(camera: Camera, azimuth: FloatArray, elevation: FloatArray) -> Float
 
     azimuth: radians beside the middle of the photo, to the right.
     """
-    half, ahead = _half_width(camera), camera.matrix[:, 2]
-    heading = math.atan2(ahead[1], ahead[0])
+    half = _half_width(camera)
     folded = np.abs(np.mod(azimuth + half, 4 * half) - 2 * half) - half
     # A fold runs the other way: the left border goes on to the left as its mirror image.
-    angle = heading + folded
-    flat = np.cos(elevation)
-    ways = np.stack([flat * np.cos(angle), flat * np.sin(angle), np.sin(elevation)], axis=-1)
+    ways = _directions(camera, -folded, elevation)
     local = ways @ camera.matrix
     depth = np.maximum(local[:, 2], 1e-3)
     pixels = local[:, :2] / depth[:, None] * camera.focal + np.array(camera.principal)

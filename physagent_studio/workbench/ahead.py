@@ -76,7 +76,7 @@ class Lanes:
         with self._news:
             job = next((one for one in self._jobs if one.program is program), None)
             # Where another one was foreseen, what was to follow will hardly do so either.
-            others = self._jobs if job else self._all_begun()
+            others = self._jobs if job else [one for one in self._jobs if one.future is not None]
             job = self._awaited = job or _Job(program, scene)
             self._jobs = [job]
             self._hand_out()
@@ -87,9 +87,6 @@ class Lanes:
         """Nothing is wanted any more; what runs ends by itself, for a process could be lost."""
         with self._news:
             self._jobs, self._awaited = [], None
-
-    def _all_begun(self) -> list[_Job]:
-        return [job for job in self._jobs if job.future is not None]
 
     def _want(self, scene: Scene, programs: Sequence[PhysicalProgram]) -> None:
         with self._news:

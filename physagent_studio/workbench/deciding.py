@@ -5,7 +5,7 @@ from __future__ import annotations
 from physagent_studio.agent import loop
 from physagent_studio.agent.by_hand import in_order, without_schedule
 from physagent_studio.errors import InputError
-from physagent_studio.program import Edit, PhysicalProgram
+from physagent_studio.program import Edit
 from physagent_studio.program.text.diff import diff
 from physagent_studio.records import Decision, LoopState, Override, Round
 from physagent_studio.records.loop_state import RoleName
@@ -23,7 +23,7 @@ def with_draft_as_round(state: LoopState) -> LoopState:
         author="person",
         at=now(),
         reason="edited by hand",
-        edits=_edits_between(head.program, draft),
+        edits=tuple(edit for hunk in diff(head.program, draft) for edit in hunk.edits),
         before=head.program.hash,
         after=draft.hash,
     )
@@ -109,17 +109,10 @@ def with_role(state: LoopState, role: RoleName, *, on: bool) -> LoopState:
     roles = in_order([*others, role] if on else others)
     head, update = state.current, dict[str, object](by_hand=roles)
     new = role == "generator" and on and "generator" not in state.by_hand
-    if new and head is not None and state.draft is None and not _has_run(state):
+    ran = any(item.rollout is not None for item in state.rounds)
+    if new and head is not None and state.draft is None and not ran:
         update["draft"] = without_schedule(head.program)
     return state.model_copy(update=update)
-
-
-def _has_run(state: LoopState) -> bool:
-    return any(item.rollout is not None for item in state.rounds)
-
-
-def _edits_between(before: PhysicalProgram, after: PhysicalProgram) -> tuple[Edit, ...]:
-    return tuple(edit for hunk in diff(before, after) for edit in hunk.edits)
 
 
 def _decided_edits(command: commands.Decide, item: Round) -> tuple[Edit, ...]:

@@ -141,7 +141,9 @@ class Desk:
         kept = self.state.policy
         while self.state.phase not in ("done", until):
             self.control.check()
-            self.control.progress(self._doing(), None)
+            number = self.state.current.number if self.state.current else 1
+            doing = RUNNING.get(self.state.phase, "working")
+            self.control.progress(f"round {number}: {doing}", None)
             working = self.state.model_copy(update={"policy": policy or kept})
             after = loop.advance(working, crew, bench)
             if after is working:
@@ -154,10 +156,6 @@ class Desk:
         """A draft to begin with, where a person is to write the first program."""
         if turn_of(self.state) == "generator":
             self._save(self.state.model_copy(update={"draft": self.engine.laid_out()}))
-
-    def _doing(self) -> str:
-        number = self.state.current.number if self.state.current else 1
-        return f"round {number}: {RUNNING.get(self.state.phase, 'working')}"
 
     def _log_decision(self, before: LoopState, after: LoopState) -> None:
         old, new = before.current, None

@@ -27,7 +27,6 @@ from physagent_studio.program.scene.state import (
     Mark,
     SceneObject,
     SceneState,
-    Support,
 )
 from physagent_studio.reconstruction.grounding.same_kind import kind_name
 from physagent_studio.reconstruction.masks.segmenter import settled
@@ -73,7 +72,9 @@ def mask_edits(
             grounding = settled(name, [*said, (name, grounding)])
         item = scene.object(name)
         if item is None:
-            return (AddItem(path="scene.objects", item=_new_object(case, name, grounding)),)
+            material = material_of(name, case.prompt)
+            item = SceneObject(name=name, grounding=grounding, material=material)
+            return (AddItem(path="scene.objects", item=item.model_dump(mode="json")),)
         # What it stands on, and whether anything stands on it, was read off the mask that it had.
         there = [o for o in (item, *_carried(scene, name)) if not in_air(o)]
         opened = opened_objects(there, pinned, ("support", "shape", "position"))
@@ -112,11 +113,6 @@ def check_grounding(case: Case, name: str, grounding: Grounding) -> None:
                 f"the click ({click.x:g}, {click.y:g}) on '{name}' lies outside the picture"
                 f" of {width} × {height} pixels"
             )
-
-
-def _new_object(case: Case, name: str, grounding: Grounding) -> JsonValue:
-    item = SceneObject(name=name, grounding=grounding, material=material_of(name, case.prompt))
-    return item.model_dump(mode="json")
 
 
 def horizon_edits(
@@ -270,7 +266,7 @@ def _opened_scene(
     paths = ["scene.camera", *(["scene.horizon"] if horizon else [])]
     yield from _opened(paths, pinned)
     yield from opened_objects(scene.objects, pinned, ("shape", "position"))
-    estimated = (one for one in scene.supports if _is_read_off(one))
+    estimated = (one for one in scene.supports if one.source in ("estimated", "assumed"))
     yield from _opened([f"scene.supports.{one.name}.shape" for one in estimated], pinned)
     for mark in scene.landmarks:
         yield from _followed(mark, scene.camera, pinned)
@@ -289,10 +285,6 @@ def _followed(mark: Landmark, camera: Camera | None, pinned: Collection[str]) ->
             yield SetField(path=f"{path}.points", value=None)
     elif mark.pixels:
         yield SetField(path=f"{path}.points", value=None)
-
-
-def _is_read_off(support: Support) -> bool:
-    return support.source in ("estimated", "assumed")
 
 
 def opened_objects(

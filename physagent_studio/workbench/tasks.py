@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from physagent_studio.arrays import FloatArray
 from physagent_studio.jobs import Limits, hearing
 from physagent_studio.program import PhysicalProgram, SceneState
 from physagent_studio.program.timing import timing_of
@@ -118,16 +117,7 @@ def viewed(scene: Scene) -> Image:
     """The scene before anything moves, seen by its own camera."""
     from physagent_studio.rendering import Compositor
 
-    positions, rotations = _initial(scene)
-    return Compositor(scene).frame(positions, rotations, as_built=True).rgb
-
-
-def _initial(scene: Scene) -> tuple[FloatArray, FloatArray]:
-    objects = scene.state.objects
-    return (
-        np.array([item.position for item in objects], float),
-        np.array([item.rotation for item in objects], float),
-    )
+    return Compositor(scene).frame(as_built=True).rgb
 
 
 def framed(scene: Scene, rollout: Rollout, number: int) -> Image:

@@ -255,15 +255,7 @@ class Workbench:
 
     def _open_program(self, command: commands.OpenProgram) -> None:
         program = command.program
-        case = Case(
-            name=command.title,
-            image=None,
-            image_hash="",
-            objects=(),
-            supports=(),
-            landmarks=(),
-            prompt=program.event.prompt,
-        )
+        case = Case(command.title, prompt=program.event.prompt)
         session = self.store.create(case, LoopState(draft=program), title=command.title)
         for data in command.forms.values():
             session.files.put(data, MESH_SUFFIX)

@@ -74,7 +74,7 @@ _PLAIN = {
     "not": "no longer",
     "supine": "on its back|onto its back",
     "prone": "on its face|onto its face|face down|face first|on its belly|onto its belly|"
-    "on its front|onto its front",
+    "on its front|onto its front|on its nose|onto its nose|on its snout|onto its snout",
     "sidelong": "on its side|onto its side|on their sides|to its side|onto its left side|"
     "on its left side|to its left side|onto its right side|on its right side|to its right side|"
     "over to its side|over to its left side|over to its right side",

@@ -29,6 +29,7 @@ from physagent_studio.reconstruction.texture.plain_ball import is_plain, plainly
 from physagent_studio.reconstruction.texture.revolved import Around, around
 from physagent_studio.reconstruction.texture.rim_shade import with_rim_shade
 from physagent_studio.reconstruction.texture.round_bodies import round_textured
+from physagent_studio.reconstruction.texture.soft_rim import soft_rim
 from physagent_studio.reconstruction.texture.straight_sides import carried_back
 from physagent_studio.reconstruction.texture.turned_prisms import opposite_parts
 from physagent_studio.records.case import Image
@@ -42,7 +43,7 @@ class ProjectionSettings:
     # 0..0.2: over the smaller extent: the outline's outer ring, where others shine through
     ring_ratio: float = 0.012
     # sine, 0..0.4: of face and view, from which on the photo shows a swelling body
-    min_facing_sine: float = math.sin(math.radians(4.0))
+    min_facing_sine: float = math.sin(math.radians(15.0))
     # 0..0.05: over the longer side: of what is carried back along straight sides
     blur_ratio: float = 0.01
 
@@ -118,12 +119,15 @@ def _painted(
     uv = camera.project(shown)[0]
     edge = np.array([texture.shape[1], texture.shape[0]])
     uv = np.clip(uv - origin, 0.5, edge - 0.5)
-    own = mask[origin[1] : origin[1] + edge[1], origin[0] : origin[0] + edge[0]]
+    crop = tuple(slice(at, at + wide) for at, wide in zip(origin[::-1], edge[::-1], strict=True))
+    own = mask[crop]
     panels = [texture]
+    x0, y0, x1, y1 = bounds(own)
+    ring = max(PROJECTION.ring_ratio, soft_rim(photo[crop], own) / min(x1 - x0, y1 - y0))
     for which in (_Look.MIRRORED, _Look.CARRIED, _Look.ACROSS):
         if not (kind == which).any():
             continue
-        panel = led_inward(texture, own, PROJECTION.ring_ratio)
+        panel = led_inward(texture, own, ring)
         if which == _Look.MIRRORED and _swells(item):
             panel = calmed(without_features(panel, own), own)
         if which == _Look.CARRIED:

@@ -138,17 +138,25 @@ def ways_of(
     return ()
 
 
-def over_way(frame: EventFrame, subject: str) -> Direction | None:
-    """Where a thing falls that falls over backwards, forwards, on its back or its face: it faces
-    who looks at it. None where that is not said, or where something else knocks it over."""
+def over_way(frame: EventFrame, subject: str, layout: Layout) -> Direction | None:
+    """Where a thing falls that falls over backwards, forwards, on its back or its face: an animal
+    as it is seen to stand, anything else faces who looks at it. None where that is not said, or
+    where something else knocks it over."""
     if frame.agent or subject not in frame.patient:
         return None
-    if frame.posture in ("supine", "prone"):
-        return "away" if frame.posture == "supine" else "toward_camera"
-    if frame.sense not in ("topple", "lean", "lose_balance", "tip_over"):
+    said = frame.posture in ("supine", "prone")
+    if not said and frame.sense not in ("topple", "lean", "lose_balance", "tip_over"):
         return None
-    ways: dict[str, Direction] = {"backward": "away", "forward": "toward_camera"}
-    return ways.get(frame.direction or "")
+    ahead = (
+        frame.posture == "prone"
+        if said
+        else {"forward": True, "backward": False}.get(frame.direction or "")
+    )
+    if ahead is None:
+        return None
+    front = likely_front(layout, subject)
+    facing: Direction = "toward_camera" if front is None else named_way(front)
+    return facing if ahead else OPPOSITE[facing]
 
 
 def _is_level(subject: str, layout: Layout) -> bool:

@@ -16,6 +16,7 @@ class FacingSettings:
     """What shows which way a thing lies, and which of its ends is taken for the front."""
 
     min_long_ratio: float = 1.3  # 1.1..2: length over width of what shows which way it lies
+    min_side_ratio: float = 1.15  # 1..1.5: length over height of an animal seen from its side
     # cosine, 0.1..0.7: of its axis and a way, from which one of its ends lies that way
     min_along_cosine: float = math.cos(math.radians(67.5))
     # share, 0..0.3: of the picture's width, off its middle: what has more room before it than that
@@ -27,22 +28,23 @@ FACING = FacingSettings()
 
 def long_axis(layout: Layout, name: str) -> tuple[FloatArray, bool]:
     """Level unit axis (3,) of the longer side of its outline, and whether it clearly is longer."""
+    item = layout.state.object(name)
+    if item is not None and item.shape is not None and item.shape.kind == "inflated":
+        # Its depth is a guess: how it lies shows in the picture, across which it is seen.
+        across = np.array([1.0, 0.0, 0.0])
+        wide = layout.extent(name, across) + layout.extent(name, -across)
+        return across, bool(wide > FACING.min_side_ratio * layout.height(name))
     ways = [
         np.array([math.cos(angle), math.sin(angle), 0.0])
         for angle in np.radians(np.arange(0.0, 180.0, 1.0))
     ]
-    wide = np.array([layout.extent(name, way) + layout.extent(name, -way) for way in ways])
-    across = np.roll(wide, -90)
+    extents = np.array([layout.extent(name, way) + layout.extent(name, -way) for way in ways])
+    others = np.roll(extents, -90)
     # The smallest upright box around it, from above, lies as it does.
-    best = int(np.argmin(wide * across))
-    if wide[best] < across[best]:
+    best = int(np.argmin(extents * others))
+    if extents[best] < others[best]:
         best = (best + 90) % 180
-    shown = bool(wide[best] > FACING.min_long_ratio * across[best])
-    item = layout.state.object(name)
-    if item is not None and item.shape is not None and item.shape.kind == "inflated":
-        # Its depth is a guess: as wide as high it may as well be seen from behind.
-        shown = shown and bool(wide[best] > FACING.min_long_ratio * layout.height(name))
-    return ways[best], shown
+    return ways[best], bool(extents[best] > FACING.min_long_ratio * others[best])
 
 
 def likely_front(layout: Layout, name: str) -> FloatArray | None:
@@ -50,6 +52,13 @@ def likely_front(layout: Layout, name: str) -> FloatArray | None:
     face: as its wheels have it already, else as photographs are taken, with more room before it
     than behind it, or from before it. None for what has no front."""
     item, kind = layout.state.object(name), kind_of(name)
+    if (
+        kind is not None
+        and kind.shapes == ("inflated",)
+        and (of := kind_of(name.rpartition("_")[0]))
+    ):
+        # A figurine of an animal faces as the animal does.
+        kind = of if of.is_alive else kind
     if kind is not None and kind.wheels == "any_way":
         return None
     if item is not None and item.wheels is not None:

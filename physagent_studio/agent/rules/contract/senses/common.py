@@ -172,7 +172,7 @@ def sideways_fall(c: Context) -> list[Spec]:
 
 def falling_way(c: Context) -> Direction | None:
     """ "Topples backwards", "falls on its face"; away from what knocks it over backwards."""
-    if not _was_struck(c) and (way := over_way(c.frame, c.subject)) is not None:
+    if not _was_struck(c) and (way := over_way(c.frame, c.subject, c.layout)) is not None:
         return way
     if c.frame.direction == "backward" and c.frame.agent:
         return forward(c.frame, c.subject, c.layout)

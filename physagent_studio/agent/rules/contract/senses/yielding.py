@@ -64,7 +64,11 @@ def lean(c: Context) -> list[Spec]:
         near = spec("stops", c.subject, near=place_name(onto), distance=round(c.size, 3))
         tilted = spec("rotates", c.subject, angle=10.0)
         return [tilted, spec("contacts", c.subject, other=place_name(onto)), near]
-    ways = [w for w in (over_way(c.frame, c.subject), *c.ways()) if w not in (None, "up", "down")]
+    ways = [
+        w
+        for w in (over_way(c.frame, c.subject, c.layout), *c.ways())
+        if w not in (None, "up", "down")
+    ]
     if ways and not c.layout.rolls(c.subject):
         return [spec("flips", c.subject, angle=10.0, direction=ways[0])]
     return [spec("rotates", c.subject, angle=10.0)]

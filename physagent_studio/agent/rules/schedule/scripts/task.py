@@ -98,7 +98,7 @@ class Task:
     def way(self) -> Direction | None:
         """The named direction that is said, as the scene lies."""
         over: Direction | None = next(
-            (w for f in self.intent.frames if (w := over_way(f, self.name))), None
+            (w for f in self.intent.frames if (w := over_way(f, self.name, self.layout))), None
         )
         if over is not None:
             return over

@@ -7,6 +7,7 @@ import pytest
 from physagent_studio.agent.rules import RuleGenerator
 from physagent_studio.contract.measure import measure
 from physagent_studio.program import PhysicalProgram
+from physagent_studio.program.rotations import matrix_of
 from physagent_studio.program.scene.state import Box, Cylinder
 from physagent_studio.simulation import simulate
 from tests.agent.rules.scenes import STAGES, Stage
@@ -46,3 +47,27 @@ def test_the_wide_are_lifted_at_the_rear_and_tip_over_as_the_slender_do(ratio, r
     program = RuleGenerator().first(yard.case("The crate tips over to the left."), yard.reconstruct)
     demanded = [c for c in measure(program, simulate(program, {})) if c.demanded]
     assert all(check.ok for check in demanded if not check.always_on), demanded
+
+
+@pytest.mark.parametrize(
+    ("prompt", "way"),
+    [
+        ("The tin tips over and rolls into the crate.", 1),
+        ("The tin falls over and rolls away to the left.", -1),
+    ],
+)
+def test_what_is_round_rolls_on_when_it_lies(prompt: str, way: int) -> None:
+    things = {
+        "tin": (Cylinder(radius=0.04, height=0.11), (0.0, 3.0, 0.055), "floor"),
+        "crate": (Box(size=(0.2, 0.4, 0.2)), (0.7, 2.95, 0.1), "floor"),
+    }
+    yard = Stage("kitchen", things)
+    program = RuleGenerator().first(yard.case(prompt), yard.reconstruct)
+    rollout = simulate(program, {})
+    demanded = [c for c in measure(program, rollout) if c.demanded and not c.always_on]
+    assert all(check.ok for check in demanded), demanded
+    tin, early = rollout.index("tin"), len(rollout.positions) // 3
+    upright = matrix_of(rollout.rotations[early, tin])[2, 2]
+    assert abs(upright) < 0.3
+    assert abs(rollout.positions[early, tin, 0]) < 0.06
+    assert way * rollout.positions[-1, tin, 0] > 0.2

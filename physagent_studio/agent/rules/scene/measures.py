@@ -25,6 +25,7 @@ from physagent_studio.program.scene.shapes import (
 from physagent_studio.program.scene.state import (
     Floor,
     Ramp,
+    SceneObject,
     SceneState,
     Slab,
     Support,
@@ -146,21 +147,37 @@ class Layout:
         item = self.state.object(name)
         if item is None or item.shape is None:
             return False
+        # sine, 0.02..0.2: of an axis that counts as level
+        max_level_sine = math.sin(math.radians(5))
+        upright = self._roller(item)
+        if upright is None:
+            return outline_of(item.shape).is_ball
+        return upright < max_level_sine
+
+    def rolls_on_its_side(self, name: str) -> bool:
+        """Whether it stands, and would roll if it lay: a tin, a bottle, a pin."""
+        item = self.state.object(name)
+        if item is None or item.shape is None:
+            return False
+        # cosine, 0.9..1: of an axis that counts as upright
+        min_upright_cosine = math.cos(math.radians(10))
+        return (self._roller(item) or 0.0) > min_upright_cosine
+
+    def _roller(self, item: SceneObject) -> float | None:
+        """The share of its axis that points up or down; None for what has no axis to roll about."""
+        assert item.shape is not None
         outline = outline_of(item.shape)
         if outline.is_ball or outline.axis is None or outline.rings is None:
-            return outline.is_ball
+            return None
         axis = np.array(outline.axis)
         along = float(outline.support([axis])[0] @ axis)
         across = np.roll(axis, 1)
         wide = float(outline.support([across])[0] @ across)
         # 0.3..2: length over width of what cannot stand on its edge as a disc does
         min_roller_ratio = 0.7
-        # sine, 0.02..0.2: of an axis that counts as level
-        max_level_sine = math.sin(math.radians(5))
-        return (
-            abs(float(matrix_of(item.rotation)[2] @ axis)) < max_level_sine
-            and along > min_roller_ratio * wide
-        )
+        if along <= min_roller_ratio * wide:
+            return None
+        return abs(float(matrix_of(item.rotation)[2] @ axis))
 
     def lies_flat(self, name: str) -> bool:
         """Whether the way in which it is thinnest is about upright, or it is as thick any way."""

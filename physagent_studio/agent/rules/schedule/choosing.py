@@ -48,6 +48,8 @@ def script_for(task: Task) -> Script:
     inside = task.target()
     if flying or (inside is not None and _is_opening(inside.name, layout) and intent.has("land")):
         return scripts.through_air
+    if _rolls_when_it_lies(task):
+        return scripts.over_and_off if _leaves_support(task) else scripts.over_and_on
     if _leaves_support(task):
         return scripts.off_edge
     on_ramp = layout.ramp_below(intent.name) is not None
@@ -194,6 +196,15 @@ def _spins_first(task: Task) -> bool:
     told = [frame.sense for frame in task.intent.frames if not frame.negated]
     over = next((k for k, sense in enumerate(told) if sense in _OVER), 0)
     return "spin" in told[:over] and _can_only_topple_here(task) and not task.intent.has(*_GROUND)
+
+
+def _rolls_when_it_lies(task: Task) -> bool:
+    """ "The tin tips over and rolls into the box": first it stands, then it lies and is round."""
+    told = [f.sense for f in task.intent.frames if not f.negated and task.name in f.patient]
+    roll = next((k for k, sense in enumerate(told) if sense == "roll"), 0)
+    over = {*_OVER, "tip_over", "knock_over"} & {*told[:roll]}
+    alone = not task.intent.struck_by and task.layout.downhill(task.name) is None
+    return bool(over) and alone and task.layout.rolls_on_its_side(task.name)
 
 
 def _goes_first(task: Task) -> bool:

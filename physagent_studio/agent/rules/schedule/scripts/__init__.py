@@ -33,6 +33,8 @@ from physagent_studio.agent.rules.schedule.scripts.landing import (
 from physagent_studio.agent.rules.schedule.scripts.task import Task
 from physagent_studio.agent.rules.schedule.scripts.turns import (
     go_over,
+    over_and_off,
+    over_and_on,
     spin_about,
     spin_along,
     spin_over,

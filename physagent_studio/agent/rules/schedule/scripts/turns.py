@@ -11,6 +11,7 @@ from physagent_studio.agent.rules.scene import mechanics as mech
 from physagent_studio.agent.rules.scene.framing import free_way
 from physagent_studio.agent.rules.scene.measures import UP, WAYS, FloatArray, level, named_way, unit
 from physagent_studio.agent.rules.schedule import actions as act
+from physagent_studio.agent.rules.schedule.scripts.edges import way_off
 from physagent_studio.agent.rules.schedule.scripts.ground import along_ground, way_ahead, way_to_go
 from physagent_studio.agent.rules.schedule.scripts.task import TASK, Task
 from physagent_studio.program.actions import Action, Direction, duration_of
@@ -23,6 +24,10 @@ class TurnSettings:
     # 0.5..1: of the friction that holds its foot back, up to which a level push tips a thing
     grip_share: float = 0.8
     out_share: float = 0.4  # 0.2..0.45: of the clip, in which a thing gets to where it turns back
+    over_share: float = 0.35  # 0.2..0.5: of the clip, after which it lies and is sent on
+    on_share: float = 0.4  # 0.2..0.6: of the clip, in which it gets there then
+    # cosine, 0.5..0.95: of its way and the side to which it tips over: its axis lies across
+    max_along_cosine: float = math.cos(math.radians(50.0))
     pause_share: float = 0.03  # 0..0.1: of the clip, for which it stands there
 
 
@@ -161,6 +166,32 @@ def go_over(task: Task) -> list[Action]:
     thin = min(sides, key=lambda side: task.layout.extent(task.name, WAYS[side]))
     over = [a.model_copy(update={"start_step": later}) for a in tip(task, thin)]
     return [push, *rest, *over]
+
+
+def over_and_on(task: Task) -> list[Action]:
+    """Tips over, and rolls on when it lies: to where it shall get."""
+    return _over_then(task, way_ahead(task), way_to_go(task))
+
+
+def over_and_off(task: Task) -> list[Action]:
+    """Tips over, and rolls off what it stands on."""
+    return _over_then(task, *way_off(task))
+
+
+def _over_then(task: Task, ahead: FloatArray, distance: float) -> list[Action]:
+    """Tips over across a level way (3,), and is sent that far along it, m, when it lies."""
+    layout, target = task.layout, task.target()
+    sides: tuple[Direction, ...] = ("toward_camera", "away", "left", "right")
+    across = [side for side in sides if abs(float(WAYS[side] @ ahead)) < TURNS.max_along_cosine]
+    height = layout.height(task.name)
+    side = max(across, key=lambda s: min(free_way(layout, task.name, WAYS[s]) / height, 1.0))
+    onto = target.name if target is not None and target.kind == "object" else None
+    speed = task.speed or distance / task.seconds(TURNS.on_share)
+    roll = act.push(
+        task.name, act.toward_or_along(max(speed, 0.1), toward=onto, vector=ahead),
+        start=round(task.seconds(TURNS.over_share) / task.clip.step_seconds), label="roll",
+    )  # fmt: skip
+    return [*tip(task, side), roll]
 
 
 def spin_along(task: Task) -> list[Action]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from textwrap import shorten
 from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
@@ -101,19 +102,21 @@ def print_rows(name: str, rows: Sequence[Row], as_json: bool) -> None:
 def print_sessions(infos: Sequence[SessionInfo], as_json: bool) -> None:
     """The session list."""
     if as_json:
-        keys = ("id", "title", "prompt", "rounds", "outcome", "modified")
+        keys = ("id", "title", "prompt", "rounds", "outcome", "in_doubt", "modified")
         print_json([{key: getattr(item, key) for key in keys} for item in infos])
         return
     if not infos:
         print("no sessions yet; `physagent run` and `physagent studio` make them")
         return
+    from physagent_studio.session.standing import IN_DOUBT
+
     # The id is there to be copied: it is never cut, whatever the width of the terminal.
     wide = max(len(item.id) for item in infos)
     for item in infos:
         said = f"{count(item.rounds, 'round')}, {item.outcome}"
-        print(
-            f"{item.id:<{wide}}  {item.modified[:16].replace('T', ' ')}  {said:<20}  {item.title}"
-        )
+        said += f", {IN_DOUBT}" if item.in_doubt else ""
+        print(f"{item.id:<{wide}}  {item.modified[:16].replace('T', ' ')}  {said}")
+        print(f"    {item.title}: {shorten(item.prompt or 'no sentence yet', 100)}")
 
 
 def count(number: int, what: str) -> str:

@@ -26,6 +26,7 @@ from physagent_studio.jobs import Processes
 from physagent_studio.reconstruction import reduction_of
 from physagent_studio.records import Case, Doubt, LoopState
 from physagent_studio.session import Session, Store
+from physagent_studio.session.standing import IN_DOUBT
 from physagent_studio.workbench.commands import (
     Advance,
     ApplyEdits,
@@ -163,7 +164,7 @@ def _print(report: dict[str, Any], state: LoopState, as_json: bool, *, asked: bo
         typer.echo(f"waiting for {waiting}: physagent studio {report['session']}")
     word = "realised" if report["realised"] else f"not realised ({report['outcome']})"
     if report["realised"] and not is_plain(report):
-        word += ", as far as it is tested and what is doubted is right,"
+        word += f", {IN_DOUBT},"
     typer.echo(
         f"{word} after {output.count(report['rounds'], 'round')}, "
         f"{output.count(report['simulations'], 'simulation')}, "

@@ -6,7 +6,7 @@
 """
 
 from physagent_studio.records.case import Case, Image
-from physagent_studio.records.doubts import Doubt, doubts_of
+from physagent_studio.records.doubts import Doubt, doubts_about, doubts_of
 from physagent_studio.records.judgement import (
     CRITERIA,
     Assessment,

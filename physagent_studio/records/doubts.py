@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Literal
 
+from physagent_studio.program.scene.camera import Camera
 from physagent_studio.records.scene import Scene
 
 SURE_FROM = 0.8
@@ -43,25 +44,37 @@ class Doubt:
 
 def doubts_of(scene: Scene | None, words: Iterable[str] = ()) -> tuple[Doubt, ...]:
     """All that is doubted of a scene, the least probable first, then words not understood."""
-    found = [*_of_masks(scene), *_of_camera(scene)] if scene is not None else []
-    found.sort(key=lambda doubt: (doubt.probability, doubt.name))
+    found: tuple[Doubt, ...] = ()
+    if scene is not None:
+        height = None if scene.photo is None else scene.photo.shape[0]
+        found = doubts_about(scene.sureness, scene.state.camera, height)
     return (*found, *(Doubt("word", word, 0.0, "say it in other words") for word in words))
 
 
-def _of_masks(scene: Scene) -> list[Doubt]:
+def doubts_about(
+    sureness: Mapping[str, float], camera: Camera | None, height: int | None
+) -> tuple[Doubt, ...]:
+    """What is doubted of masks, by how sure each is, and of a camera; the least probable first.
+
+    height: of the photo, pixels; None without one.
+    """
+    found = [*_of_masks(sureness), *_of_camera(camera, height)]
+    return tuple(sorted(found, key=lambda doubt: (doubt.probability, doubt.name)))
+
+
+def _of_masks(sureness: Mapping[str, float]) -> list[Doubt]:
     return [
         Doubt("mask", name, probability, f"draw a box around {name.replace('_', ' ')}")
-        for name, probability in scene.sureness.items()
+        for name, probability in sureness.items()
         if probability < DOUBTED_BELOW
     ]
 
 
-def _of_camera(scene: Scene) -> list[Doubt]:
+def _of_camera(camera: Camera | None, height: int | None) -> list[Doubt]:
     """The horizon is taken as normally distributed about its estimate."""
-    camera = scene.state.camera
-    if scene.photo is None or camera is None or camera.confirmed or not camera.horizon_sigma:
+    if height is None or camera is None or camera.confirmed or not camera.horizon_sigma:
         return []
-    allowed = HORIZON_OFF * scene.photo.shape[0]
+    allowed = HORIZON_OFF * height
     probability = math.erf(allowed / (math.sqrt(2.0) * camera.horizon_sigma))
     if probability >= DOUBTED_BELOW:
         return []

@@ -55,6 +55,12 @@ def unpack(data: bytes) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
         return arrays, json.loads(archive["__meta__"].tobytes())
 
 
+def unpack_facts(data: bytes) -> dict[str, Any]:
+    """The facts of what `pack` packed, without reading its arrays."""
+    with np.load(io.BytesIO(data), allow_pickle=False) as archive:
+        return json.loads(archive["__meta__"].tobytes())
+
+
 def pack_frames(frames: tuple[Image, ...]) -> bytes:
     """Pictures as JPEG in one archive: evidence for eyes, so lossy is fine."""
     encoded = {

@@ -17,7 +17,8 @@ from pathlib import Path
 from typing import Any, Self
 
 from physagent_studio.errors import InputError, StorageError
-from physagent_studio.records import Case, Image, LoopState, Mesh, Round, Scene
+from physagent_studio.program.scene.camera import Camera
+from physagent_studio.records import Case, Image, LoopState, Mesh, Round, Scene, doubts_about
 from physagent_studio.records.rollout import Rollout
 from physagent_studio.records.rollout_io import rollout_from_bytes, rollout_to_bytes
 from physagent_studio.session import arrays
@@ -271,6 +272,14 @@ class Session:
         if key not in self._scenes:
             self._scenes[key] = arrays.unpack_scene(self.files.get(key), self._image)
         return self._scenes[key]
+
+    def is_doubted(self, key: str) -> bool:
+        """Whether a mask or the camera of a stored scene is doubted; reads no picture of it."""
+        facts = arrays.unpack_facts(self.files.get(key))
+        camera, shape = facts["state"]["camera"], facts["mask_shape"]
+        told = Camera.model_validate(camera) if camera else None
+        height = shape[0] if shape and self.meta("image") else None
+        return bool(doubts_about(facts.get("sureness", {}), told, height))
 
     def put_mesh(self, mesh: Mesh) -> str:
         """Stores the form of an object and returns its asset, as `Meshed.asset` names it."""

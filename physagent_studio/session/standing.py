@@ -1,4 +1,4 @@
-"""How a session stands whose loop has not ended: it goes on, it waits, or it was cut short."""
+"""How a session stands: it goes on, it waits, it was cut short, or it has ended in doubt."""
 
 from __future__ import annotations
 
@@ -8,6 +8,8 @@ BEGUN, DONE, FAILED = "begun", "done", "failed"
 """Kinds of log entries: a command without one of the other two behind it was interrupted."""
 CANCELLED = "Cancelled"
 """Kind of failure of a command that a person has ended."""
+IN_DOUBT = "as far as it is tested and what is doubted is right"
+"""How far an event is realised of which something is untested, not understood or doubted."""
 
 
 def interrupted(session: Session) -> str:
@@ -26,3 +28,14 @@ def standing(session: Session, held: bool) -> str:
         return "running" if held else "interrupted"
     last = session.last_of((DONE, FAILED))
     return "cancelled" if last is not None and last[1].get("kind") == CANCELLED else "open"
+
+
+def is_in_doubt(session: Session) -> bool:
+    """Whether something of the best round is untested, not understood or doubted."""
+    state = session.load()
+    best = state.best or state.current
+    if best is None:
+        return False
+    contract = best.program.contract
+    unsure = best.scene is not None and session.is_doubted(best.scene)
+    return bool(contract.untested or contract.not_understood or unsure)

@@ -18,7 +18,7 @@ from physagent_studio.records import Case, LoopState
 from physagent_studio.session import archive
 from physagent_studio.session.files import is_held
 from physagent_studio.session.session import Session
-from physagent_studio.session.standing import standing
+from physagent_studio.session.standing import is_in_doubt, standing
 
 KEPT_IN_TRASH = 7 * 86_400.0
 """Seconds for which a discarded session can be brought back."""
@@ -29,7 +29,7 @@ class SessionInfo:
     """A line of the session list.
 
     outcome: of its loop; of one that has not ended, how it is `standing`. modified: ISO 8601, UTC.
-    image: key of the photo, "" without.
+    image: key of the photo, "" without. in_doubt: it is realised only as far as it is tested.
     """
 
     id: str
@@ -39,6 +39,7 @@ class SessionInfo:
     outcome: str
     modified: str
     image: str = ""
+    in_doubt: bool = False
 
 
 class Store:
@@ -187,4 +188,5 @@ def _info(path: Path, changed: float, held: bool) -> SessionInfo:
             outcome=standing(session, held) if outcome == "running" else outcome,
             modified=datetime.fromtimestamp(changed, UTC).isoformat(timespec="seconds"),
             image=session.meta("image") or "",
+            in_doubt=outcome == "realised" and is_in_doubt(session),
         )

@@ -25,6 +25,7 @@ from physagent_studio.program.scene.camera import Camera
 from physagent_studio.records import Rollout, Round
 from physagent_studio.records.rollout_io import rollout_from_bytes
 from physagent_studio.session import FileStore, Store
+from physagent_studio.session.standing import IN_DOUBT
 from physagent_studio.session.store import SessionInfo
 from physagent_studio.workbench import Snapshot, commands
 
@@ -99,6 +100,7 @@ class Library:
                 "prompt": one.prompt,
                 "rounds": one.rounds,
                 "outcome": one.outcome,
+                "inDoubt": IN_DOUBT if one.in_doubt else "",
                 "modified": one.modified,
                 "face": _face_of(one),
                 "open": one.id == opened,

@@ -28,6 +28,8 @@ def test_sessions_show_ids_that_can_be_copied(tmp_path: Path) -> None:
     result = _said("sessions", "--workspace", str(tmp_path))
     assert result.exit_code == 0
     assert session.id in result.output.split()
+    # Three runs of one photo are told apart by their sentences.
+    assert case.prompt[:60] in result.output
 
 
 def test_a_file_is_no_workspace(tmp_path: Path) -> None:

@@ -5,10 +5,12 @@ from __future__ import annotations
 import subprocess
 import sys
 from pathlib import Path
+from types import MappingProxyType
 
 import pytest
 
-from physagent_studio.records import Case, LoopState
+from physagent_studio.program import Contract, PhysicalProgram, SceneState
+from physagent_studio.records import Case, LoopState, Round, Scene
 from physagent_studio.session import Store
 from physagent_studio.session.files import Lock, is_held
 from physagent_studio.session.standing import BEGUN, CANCELLED, DONE, FAILED
@@ -83,3 +85,26 @@ def test_whether_a_lock_is_held(tmp_path: Path) -> None:
     lock.release()
     assert not is_held(path)
     assert Lock(path).taken
+
+
+@pytest.mark.parametrize("strange", [(), ("glimmers",)])
+def test_what_is_realised_with_a_word_not_understood_is_so_in_doubt(
+    tmp_path: Path, strange: tuple[str, ...]
+) -> None:
+    program = PhysicalProgram(contract=Contract(not_understood=strange))
+    only = Round(id="r1", number=1, parent=None, program=program, author="generator")
+    state = LoopState(rounds=(only,), head="r1", phase="done", outcome="realised")
+    Store(tmp_path).create(CASE, state).close()
+    (info,) = Store(tmp_path).list()
+    assert (info.outcome, info.in_doubt) == ("realised", bool(strange))
+
+
+@pytest.mark.parametrize(("sure", "doubted"), [(0.9, False), (0.2, True)])
+def test_a_doubted_mask_of_a_stored_scene_is_told(
+    tmp_path: Path, sure: float, doubted: bool
+) -> None:
+    none, told = MappingProxyType({}), MappingProxyType({"ball": sure})
+    scene = Scene(SceneState(), None, None, none, none, none, none, (), "", sureness=told)
+    with Store(tmp_path).create(CASE, LoopState()) as session:
+        key = session.put_scene(scene)
+        assert session.is_doubted(key) == doubted

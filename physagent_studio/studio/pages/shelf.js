@@ -27,12 +27,12 @@ export function makeShelf(show, { close, fresh }) {
 
   function session(one) {
     if (acting === one.key && mode) return h("div", { class: "entry", key: `act-${one.key}` }, face(one), mode === "rename" ? renaming(one) : deleting(one));
-    const [tone, word] = OUTCOME[one.outcome] || ["", one.outcome];
+    const [tone, word] = one.inDoubt ? ["warn", "happens, as far as it is tested"] : OUTCOME[one.outcome] || ["", one.outcome];
     return h("div", { class: "entry-row", key: `row-${one.key}` },
       h("button", { class: "entry", type: "button", key: one.key, onclick: () => open(one.key) }, face(one),
         h("span", { class: "grow", style: "min-width:0" }, h("div", {}, h("b", {}, one.title)), h("div", { class: "muted" }, one.prompt || "No sentence yet")),
         h("span", { class: "muted num hide-narrow", title: one.modified }, say(one.rounds, "round")),
-        h("span", { class: `chip ${tone}` }, one.open ? "on view" : word)),
+        h("span", { class: `chip ${tone}`, title: one.inDoubt ? `Happens ${one.inDoubt}` : null }, one.open ? "on view" : word)),
       h("span", { class: "row", style: "gap:0" },
         iconButton("pen", `Rename “${one.title}”`, () => act("rename", one.key)),
         iconButton("copy", `Duplicate “${one.title}”`, () => send({ do: "duplicate_session", key: one.key })),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import pairwise
 
 from physagent_studio.language.syntax.idioms import in_plain_words
 from physagent_studio.language.tokens import vocabulary as v
@@ -23,7 +24,26 @@ def rewritten(tokens: Sequence[Token], nouns: frozenset[str]) -> tuple[Token, ..
 
     nouns: the words of the case's names, which are no verbs.
     """
-    return _excepted(in_plain_words(tokens, nouns), nouns)
+    return _excepted(in_plain_words(_at_rest(tuple(tokens)), nouns), nouns)
+
+
+_ENDS = frozenset(".,;:!?") | v.CONJUNCTIONS | v.SUBORDINATORS
+
+
+def _at_rest(tokens: tuple[Token, ...]) -> tuple[Token, ...]:
+    """ "Nothing happens": nothing moves. "Nothing happens to the cup": the cup does not move."""
+    words = [token.text for token in tokens]
+    for at, pair in enumerate(pairwise(words)):
+        if pair != ("nothing", "happens"):
+            continue
+        after = at + 2
+        if not any(word.isalpha() for word in (*words[:at], *words[after:])):
+            return (*tokens[: at + 1], replace(tokens[at + 1], text="moves"), *tokens[after:])
+        if words[after : after + 1] == ["to"]:
+            end = next((i for i in range(after, len(words)) if words[i] in _ENDS), len(words))
+            still = (replace(tokens[at], text=word) for word in ("does", "not", "move"))
+            return (*tokens[:at], *tokens[after + 1 : end], *still, *_at_rest(tokens[end:]))
+    return tokens
 
 
 def _is_verb(word: str, nouns: frozenset[str]) -> bool:

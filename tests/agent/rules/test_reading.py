@@ -260,6 +260,22 @@ def test_an_unknown_verb_is_listed_though_its_subject_is_known(
     assert reading.not_understood == unread
 
 
+@pytest.mark.parametrize(
+    ("prompt", "still"),
+    [
+        ("Nothing happens.", ("red_ball", "green_cup")),
+        ("Nothing happens to the cup.", ("green_cup",)),
+        ("The ball rolls to the left and nothing happens to the cup.", ("green_cup",)),
+    ],
+)
+def test_what_nothing_happens_to_does_not_move(prompt: str, still: tuple[str, ...]) -> None:
+    reading = read(prompt, stock(GAME))
+    assert not reading.not_understood
+    frame = reading.frames[-1]
+    assert (frame.sense, frame.negated) == ("move", True)
+    assert set(still) <= set(frame.patient)
+
+
 def test_an_unknown_noun_behind_a_known_one_is_no_verb_where_there_is_one() -> None:
     pot = (("flower", 100, 300), *GAME)
     reading = read("The flower pot falls over and the ball rolls to the left.", stock(pot))

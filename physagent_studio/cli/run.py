@@ -138,13 +138,11 @@ def _print(report: dict[str, Any], state: LoopState, as_json: bool, *, asked: bo
         output.print_checks(best.assessment.checks)
     if report.get("left_out"):
         typer.echo(f"of the configuration not taken over: {', '.join(report['left_out'])}")
-    for key, title in (
-        ("diagnosis", "diagnosis"),
-        ("untested", "untested"),
-        ("not_understood", "not understood"),
-    ):
+    for key in ("diagnosis", "untested"):
         for text in report[key]:
-            typer.echo(f"{title}: {text}")
+            typer.echo(f"{key}: {text}")
+    if report["not_understood"]:
+        typer.echo(f"not understood: {'; '.join(report['not_understood'])}")
     for use in report["learned"]:
         if use["failed"]:
             typer.echo(f"{use['model']} is not used: {use['failed']}")

@@ -20,15 +20,20 @@ from physagent_studio.language.syntax.phrases import NounPhrase
 from physagent_studio.language.syntax.rewriting import UNREAD, rewritten
 from physagent_studio.language.tokens import vocabulary as v
 from physagent_studio.language.tokens.expressions import join_fixed
-from physagent_studio.language.tokens.spelling import corrected, is_known
+from physagent_studio.language.tokens.spelling import corrected, is_known, mostly_strange, once_each
 from physagent_studio.language.tokens.tokens import tokenise
 
 MAX_WORDS = 400
 """Longer prompts are cut here; what was cut is reported as not understood."""
+NOT_ENGLISH = "the sentence, which must be English"
+"""What is not understood of a prompt in another language, before its words."""
 
 
 def read(prompt: str, stock: Inventory) -> Reading:
     """The event frames of `prompt`; never raises, whatever the words are."""
+    if strange := mostly_strange(prompt, stock.nouns):
+        # Of another language: words of it that look like English ones mean something else.
+        return Reading((ReadClause("c1", prompt.strip()),), (), (NOT_ENGLISH, *strange))
     corrected_ones = corrected(tokenise(prompt), stock.nouns)
     things = (*stock.objects, *stock.supports, *stock.landmarks)
     nouns = {word for thing in things for word in thing.words}
@@ -114,7 +119,7 @@ class _Reader(Meanings):
         if not self.frames and not self.unknown:
             # Known words, and yet nothing that happens.
             self.unknown |= {clause.text: None for clause in clauses}
-        return Reading(clauses, tuple(with_blows(self.frames)), tuple(self.unknown))
+        return Reading(clauses, tuple(with_blows(self.frames)), once_each(self.unknown))
 
     # --- clauses that only introduce the next one ------------------------------------------------
 

@@ -8,7 +8,8 @@ one letter from "swings") stays unknown.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
+import re
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from functools import cache
 
@@ -36,6 +37,26 @@ def _corrected(token: Token, nouns: frozenset[str]) -> Token:
     # Two readings that mean different things are none.
     meant = {verb_base(w) or singular(w) for w in found}
     return replace(token, text=min(found, key=len)) if len(meant) == 1 else token
+
+
+def mostly_strange(prompt: str, nouns: frozenset[str]) -> tuple[str, ...]:
+    """The words that are not known, where they are half of all; none where they are fewer."""
+    words = dict.fromkeys(re.findall(r"[^\W\d_]+", prompt.lower()))
+    read_as = corrected([Token(word, 0, 0) for word in words], nouns)
+    strange = sum(not is_known(token.text, nouns) for token in read_as)
+    if 2 * strange < len(words) + (strange < 2):
+        return ()
+    return tuple(word for word in words if not is_known(word, nouns))
+
+
+def once_each(unknown: Iterable[str]) -> tuple[str, ...]:
+    """Each word once: not again in the singular, or where it is part of a turn that is said."""
+    said = tuple(unknown)
+    return tuple(
+        word
+        for word in said
+        if not any(word != one and (word == singular(one) or word in one.split()) for one in said)
+    )
 
 
 def is_known(word: str, nouns: frozenset[str]) -> bool:

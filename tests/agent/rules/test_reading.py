@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from physagent_studio.language import EventFrame, Inventory, Reading, inventory, read
+from physagent_studio.language.reader import NOT_ENGLISH
 from physagent_studio.program import Click, Grounding
 
 GAME = (("red_ball", 100, 300), ("blue_box", 300, 300), ("green_cup", 500, 300))
@@ -261,6 +262,23 @@ def test_an_unknown_verb_is_listed_though_its_subject_is_known(
 
 
 @pytest.mark.parametrize(
+    ("prompt", "unread"),
+    [
+        ("La bille roule vers la droite.", ("la", "roule", "vers", "droite")),
+        ("La bille tourne vers la droite.", ("la", "tourne", "vers", "droite")),
+        ("Die Dose fällt um.", ("dose", "fällt", "um")),
+        ("球向右滚动。", ("球向右滚动",)),
+    ],
+)
+def test_another_language_is_not_guessed_at(prompt: str, unread: tuple[str, ...]) -> None:
+    """ "Vers" is one letter from "veers"."""
+    reading = read(prompt, stock((("bille", 100, 300), *GAME)))
+    assert not reading.frames
+    assert set(unread) <= set(reading.not_understood)
+    assert reading.not_understood[0] == NOT_ENGLISH
+
+
+@pytest.mark.parametrize(
     ("prompt", "still"),
     [
         ("Nothing happens.", ("red_ball", "green_cup")),
@@ -274,6 +292,11 @@ def test_what_nothing_happens_to_does_not_move(prompt: str, still: tuple[str, ..
     frame = reading.frames[-1]
     assert (frame.sense, frame.negated) == ("move", True)
     assert set(still) <= set(frame.patient)
+
+
+def test_what_is_not_understood_is_said_once() -> None:
+    said = read("The ball rolls, and nothing happens.", stock(GAME)).not_understood
+    assert said == ("nothing happens",)
 
 
 def test_an_unknown_noun_behind_a_known_one_is_no_verb_where_there_is_one() -> None:

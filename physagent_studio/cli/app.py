@@ -257,7 +257,10 @@ def render(
 def export(
     session: Annotated[str, typer.Argument(help="A session id or a unique beginning of one.")],
     out: Annotated[
-        Path, typer.Option(help="A folder that is new or empty, a .html or a .viser file.")
+        Path,
+        typer.Option(
+            help="A folder: new, empty or an earlier export of the session; or .html, or .viser."
+        ),
     ],
     round_id: Annotated[str | None, typer.Option("--round", help="Else the best round.")] = None,
     also: Annotated[
@@ -267,6 +270,9 @@ def export(
             "peer-config, final-sim, wan-vace, wan-fun, go-with-the-flow."
         ),
     ] = None,
+    overwrite: Annotated[
+        bool, typer.Option("--overwrite", help="Replace the export of another session, too.")
+    ] = False,
     workspace: Workspace = None,
 ) -> None:
     """Write a motion prior: frames, exact flow, masks, depth, program, rollout, lessons.
@@ -276,7 +282,7 @@ def export(
     early.session_there(session, workspace)
     from physagent_studio.cli.clips import export_session
 
-    for line in export_session(session, round_id, out, workspace, also or ()):
+    for line in export_session(session, round_id, out, workspace, also or (), overwrite):
         typer.echo(line)
 
 

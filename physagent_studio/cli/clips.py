@@ -10,8 +10,9 @@ from typing import Any
 
 from physagent_studio.cli.output import progress_control
 from physagent_studio.errors import InputError
-from physagent_studio.exchange import BUNDLES, Prior, check_bundles, video_size
+from physagent_studio.exchange import BUNDLES, Prior, check_bundles, made_from, video_size
 from physagent_studio.exchange.generators import ComfyUI, Composite, Diffusers, VideoGenerator
+from physagent_studio.records import LoopState
 from physagent_studio.records.clip_look import AS_DRAWN, ClipLook
 from physagent_studio.session import Store
 from physagent_studio.workbench import commands
@@ -39,10 +40,12 @@ def export_session(
     out: Path,
     workspace: Path | None,
     bundles: Sequence[str] = (),
+    overwrite: bool = False,
 ) -> list[str]:
     """A round, or the best one: by the ending of `out` a replay, a recording or a motion prior.
 
-    bundles: what a prior is rewritten as beside its frames. Returns what was written, a line each.
+    bundles: what a prior is rewritten as beside its frames. overwrite: also where the prior of
+    another session is. Returns what was written, a line each.
     """
     unknown = [name for name in bundles if name not in BUNDLES]
     page = out.suffix.lower() in (".html", ".viser")
@@ -54,11 +57,29 @@ def export_session(
     check_bundles(bundles)
     with _showing(session_id, round_id, workspace) as desk:
         if not page:
-            return [f"wrote {out}", *export_rollout(desk, out, bundles)]
+            said = replaced(out, desk.state, overwrite=overwrite)
+            return [*said, f"wrote {out}", *export_rollout(desk, out, bundles)]
         from physagent_studio.studio.replay import recording_of, replay_of
 
         writer = replay_of if out.suffix.lower() == ".html" else recording_of
         return [f"wrote {write_file(desk, commands.Write(out, '', writer))}"]
+
+
+def replaced(out: Path, state: LoopState, *, overwrite: bool) -> list[str]:
+    """A line where a session's motion prior replaces one. Raises InputError for anything else."""
+    if not out.is_dir() or not any(out.iterdir()):
+        return []
+    earlier = made_from(out)
+    if earlier is None:
+        raise InputError(f"{out} is not empty and holds no earlier export; name a new folder")
+    if earlier.get("program") in {one.program.hash for one in state.rounds}:
+        return [f"{out} held an earlier export of this session, which is replaced"]
+    if not overwrite:
+        raise InputError(
+            f"{out} holds the export of another session; name a new folder, or replace it with"
+            " --overwrite"
+        )
+    return [f"{out} held the export of another session, which is replaced"]
 
 
 def generate_video(

@@ -11,6 +11,7 @@ from physagent_studio.exchange.prior import (
     Prior,
     check_bundles,
     export_motion_prior,
+    made_from,
     write_bundles,
 )
 from physagent_studio.exchange.replay import Replay, ReplayCheck, ReplayRound, replay_html

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import socket
 import subprocess
 import sys
@@ -14,11 +15,14 @@ import numpy as np
 import pytest
 
 from physagent_studio.cli import main
-from physagent_studio.cli.clips import export_session
+from physagent_studio.cli.clips import export_session, replaced
 from physagent_studio.cli.early import RunRequest, video_name
 from physagent_studio.cli.programs import reconstruct_case
 from physagent_studio.cli.run import run_loop
 from physagent_studio.errors import BackendMissing, InputError
+from physagent_studio.exchange.prior.export import MARK, META
+from physagent_studio.program import PhysicalProgram
+from physagent_studio.records import LoopState, Round
 
 CASE = """
 image: {image}
@@ -255,3 +259,20 @@ def test_what_nobody_expected_is_one_sentence_and_exit_1(debug: str) -> None:
     # What reads no picture and runs nothing answers at once.
     assert "the moon is in the way, [] was read" in result.stderr
     assert ("Traceback" in result.stderr) == bool(debug)
+
+
+def test_only_an_earlier_export_is_replaced_and_of_the_same_session(tmp_path: Path) -> None:
+    only = Round(id="r1", number=1, parent=None, program=PhysicalProgram(), author="generator")
+    state = LoopState(rounds=(only,), head="r1")
+    assert replaced(tmp_path / "new", state, overwrite=False) == []
+    assert replaced(tmp_path, state, overwrite=False) == []
+    made = {"kind": MARK, "made_from": {"program": only.program.hash}}
+    (tmp_path / META).write_text(json.dumps(made))
+    assert "earlier export of this session" in replaced(tmp_path, state, overwrite=False)[0]
+    with pytest.raises(InputError, match="another session"):
+        replaced(tmp_path, LoopState(), overwrite=False)
+    assert "another session" in replaced(tmp_path, LoopState(), overwrite=True)[0]
+    (tmp_path / META).write_text("notes of mine")
+    for overwrite in (False, True):
+        with pytest.raises(InputError, match="no earlier export"):
+            replaced(tmp_path, state, overwrite=overwrite)

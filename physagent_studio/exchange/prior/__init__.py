@@ -7,5 +7,5 @@ Go-with-the-Flow.
 """
 
 from physagent_studio.exchange.prior.bundles import BUNDLES, check_bundles, write_bundles
-from physagent_studio.exchange.prior.export import export_motion_prior
+from physagent_studio.exchange.prior.export import export_motion_prior, made_from
 from physagent_studio.exchange.prior.folder import Prior

@@ -233,12 +233,17 @@ def _mask_picture(frame: Frame) -> NDArray[np.uint8]:
     return picture.reshape(*frame.ids.shape, 3)
 
 
+def made_from(folder: Path) -> dict[str, Any] | None:
+    """What the export in a folder was made of, finished or not; None where there is none."""
+    said = [_read_json(folder / name) or {} for name in (META, OPENING)]
+    return next((one.get("made_from", {}) for one in said if one.get("kind") == MARK), None)
+
+
 def _open(folder: Path, key: dict[str, Any]) -> None:
     """Make the folder, or take over an earlier export; anything else is left alone."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        ours = any((_read_json(folder / n) or {}).get("kind") == MARK for n in (META, OPENING))
-        if not ours and any(folder.iterdir()):
+        if made_from(folder) is None and any(folder.iterdir()):
             raise InputError(f"{folder} is not empty and is no earlier export; name a new folder")
         Sink(folder).json(OPENING, {"kind": MARK, "made_from": key})
         (folder / META).unlink(missing_ok=True)

@@ -38,6 +38,9 @@ from physagent_studio.workbench.desk import Desk
 from physagent_studio.workbench.journal import carry_out
 from physagent_studio.workbench.report import asked_about, report_of, save_candidates
 
+HOW = " (in the studio, or as `horizon: [[x, y], [x, y]]` in a file for --annotation)"
+"""Where on the command line the ends of the horizon are said."""
+
 
 def run_loop(request: RunRequest, workspace: Path | None, as_json: bool) -> int:
     """Runs until the loop ends, waits for a person or has to ask; the exit code."""
@@ -148,7 +151,7 @@ def _print(report: dict[str, Any], state: LoopState, as_json: bool, *, asked: bo
             typer.echo(f"{use['model']} is not used: {use['failed']}")
     for doubt in report["doubts"]:
         if doubt["kind"] != "word":
-            typer.echo(f"doubt: {doubt['text']}")
+            typer.echo(f"doubt: {doubt['text']}{HOW if doubt['kind'] == 'camera' else ''}")
     for picture in report.get("pictures", ()):
         typer.echo(f"its candidates: {picture}")
     if asked:

@@ -14,6 +14,8 @@ from physagent_studio.assets import assets_dir
 from physagent_studio.cli.app import app
 from physagent_studio.reconstruction import pipeline
 from physagent_studio.reconstruction.masks import sureness
+from physagent_studio.records import Doubt
+from physagent_studio.workbench import report as reports
 
 pytestmark = pytest.mark.usefixtures("shared_scenes")
 
@@ -60,3 +62,14 @@ def test_nobody_is_asked_about_a_plain_ball(tmp_path: Path) -> None:
     report = json.loads(_run(tmp_path).stdout)
     assert report["simulations"] > 0
     assert "red_ball" not in [one["name"] for one in report["doubts"]]
+
+
+def test_a_doubted_camera_says_how_the_horizon_is_given(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    doubt = Doubt("camera", "camera", 0.4, "click the ends of the horizon")
+    monkeypatch.setattr(reports, "doubts_of", lambda *_: (doubt,))
+    place = ("--event", "knocks_block_over", "--rounds", "1", "--workspace", str(tmp_path))
+    said = " ".join(CliRunner().invoke(app, ["run", DEMO, *place]).output.split())
+    assert "click the ends of the horizon (in the studio, or as `horizon:" in said
+    assert "for --annotation" in said

@@ -213,10 +213,12 @@ def _proposed(
     clear = bool(
         _is_told(item) and row[first] > PROPOSAL.min_grade and row[first] - rest > PROPOSAL.min_lead
     )
-    spots = tuple(
-        _spot(blobs[k], float(row[k]), factor) for k in (first, *free[: PROPOSAL.max_shown - 1])
-    )
-    return Proposed(item.name, spots, clear)
+    shown = [first]
+    for k in free:
+        if not any(_same_place(blobs[k], blobs[other]) for other in shown):
+            shown.append(k)
+    spots = (_spot(blobs[k], float(row[k]), factor) for k in shown[: PROPOSAL.max_shown])
+    return Proposed(item.name, tuple(spots), clear)
 
 
 def _mixed_up(grades: NDArray, chosen: Mapping[int, int]) -> set[int]:

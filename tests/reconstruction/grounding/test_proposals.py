@@ -4,7 +4,9 @@ import cv2
 import numpy as np
 import pytest
 
+from physagent_studio.assets import assets_dir
 from physagent_studio.benchmark.reconstruction.synthetic import scene
+from physagent_studio.exchange import load_case
 from physagent_studio.language.sought import sought_by, things_in
 from physagent_studio.reconstruction.grounding.proposals import propose
 from physagent_studio.reconstruction.photo.colours import said_of
@@ -125,3 +127,10 @@ def test_a_pen_is_long():
     image = _drawn((60, 90, 130, 140, blue), (240, 120, 330, 129, blue))
     (pen,) = propose(image, [sought_by("blue_pen")])
     assert 240 < pen.spots[0].x < 330
+
+
+def test_no_place_is_on_offer_twice():
+    image = load_case(assets_dir() / "demo", "knocks_block_over").image
+    assert image is not None
+    for one in propose(image, [sought_by("block"), sought_by("pebble")]):
+        assert len({(round(spot.x, -1), round(spot.y, -1)) for spot in one.spots}) == 4

@@ -46,7 +46,7 @@ Objects = Annotated[
     list[str] | None,
     typer.Option(
         "--object",
-        help='Where a thing is in the photo: "name@x,y" or, as two corners of a box,'
+        help='Where a thing is in the photo: "name@x,y" or, as two opposite corners,'
         ' "name@x0,y0,x1,y1"; "name" alone is looked for.',
     ),
 ]

@@ -81,12 +81,11 @@ def clipped(
 def box_fault(box: tuple[float, float, float, float], size: tuple[int, int]) -> str:
     """What is wrong with a box in the picture of `size` (width, height); "" for nothing."""
     left, top, right, bottom = box
-    if 0 <= left < right <= size[0] and 0 <= top < bottom <= size[1]:
+    if not (left < right and top < bottom):
+        return "a box is [left, top, right, bottom]: left before right, top above bottom"
+    if left >= 0 and right <= size[0] and top >= 0 and bottom <= size[1]:
         return ""
-    return (
-        "the box must lie in the picture, left before right, top above bottom "
-        f"(x 0 … {size[0]}, y 0 … {size[1]})"
-    )
+    return f"the box must lie in the picture (x 0 … {size[0]}, y 0 … {size[1]})"
 
 
 def same_spot(found: Sequence[tuple[str, Sequence[Click]]], clicks: Sequence[Click]) -> str:

@@ -322,14 +322,16 @@ def generate(
 @app.command(epilog="Example: physagent reconstruct my_case --sheet sheet.png")
 @guarded
 def reconstruct(
-    case: Annotated[Path, typer.Argument(help="A case folder.")],
+    target: Annotated[str, typer.Argument(help="A case folder, or an image.")],
     sheet: Annotated[Path, typer.Option(help="Where the contact sheet goes, .png.")],
+    prompt: Annotated[str, typer.Option(help="The event, with an image as target.")] = "",
+    objects: Objects = None,
 ) -> None:
-    """Reconstruct a case once and write a contact sheet of every step."""
-    early.there(case, "a case folder")
+    """Reconstruct a scene once and write a contact sheet of every step."""
+    early.there(target, "a case folder or an image")
     from physagent_studio.cli.programs import reconstruct_case
 
-    typer.echo(f"wrote {reconstruct_case(case, sheet)}")
+    typer.echo(f"wrote {reconstruct_case(target, sheet, prompt, tuple(objects or ()))}")
 
 
 @app.command(epilog="Example: physagent sessions")

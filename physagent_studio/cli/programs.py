@@ -9,11 +9,10 @@ import cv2
 import typer
 
 from physagent_studio.cli import output
-from physagent_studio.cli.early import IMAGES
 from physagent_studio.cli.guard import NOT_REALISED
+from physagent_studio.cli.targets import case_of
 from physagent_studio.contract import measure
 from physagent_studio.errors import InputError
-from physagent_studio.exchange import load_case
 from physagent_studio.exchange.files import bytes_of, written
 from physagent_studio.exchange.peers.mjcf import load_mjcf
 from physagent_studio.program import PhysicalProgram, SceneState, Support, apply
@@ -104,21 +103,18 @@ def simulate_program(program: PhysicalProgram, path: Path, out: Path, as_json: b
     return NOT_REALISED if rollout.blown_up else 0
 
 
-def reconstruct_case(folder: Path, sheet: Path) -> Path:
-    """Reconstructs a case and writes its contact sheet."""
+def reconstruct_case(
+    target: str, sheet: Path, prompt: str = "", objects: tuple[str, ...] = ()
+) -> Path:
+    """Reconstructs a case, or a photo with what it shows, and writes its contact sheet."""
     from physagent_studio.reconstruction.contact_sheet import contact_sheet
     from physagent_studio.reconstruction.learned.at_hand import learned_here
     from physagent_studio.workbench.first import first_program
 
-    if folder.suffix.lower() in IMAGES:
-        raise InputError(
-            f"{folder} is a picture, and a case folder is needed; `physagent run {folder} --prompt"
-            " …` makes a session of a picture"
-        )
     # Before the work, not after it.
     if sheet.suffix.lower() != ".png" or not sheet.parent.is_dir():
         raise InputError(f"{sheet} cannot be written; it must be a .png in a folder that exists")
-    case = load_case(folder, None)
+    case = case_of(target, None, prompt, objects)
     picture = contact_sheet(first_program(case, learned_here())[1])
     if not cv2.imwrite(str(sheet), picture[..., ::-1]):
         raise InputError(f"{sheet} cannot be written; its folder must be writable")

@@ -1,7 +1,12 @@
 """What the words of `--object` mean: clicks, boxes and names alone."""
 
-import pytest
+from pathlib import Path
 
+import pytest
+from typer.testing import CliRunner
+
+from physagent_studio.assets import assets_dir
+from physagent_studio.cli.app import app
 from physagent_studio.cli.marks import parse_objects
 from physagent_studio.errors import InputError
 from physagent_studio.program import Click, Grounding
@@ -46,3 +51,12 @@ def test_one_box_for_one_thing() -> None:
 def test_an_empty_box_is_called_so(word: str, size: str) -> None:
     with pytest.raises(InputError, match=f"{word}.* is an empty box, {size}"):
         parse_objects((word,))
+
+
+@pytest.mark.usefixtures("shared_scenes")
+def test_a_photograph_is_reconstructed_by_what_is_said_of_it(tmp_path: Path) -> None:
+    photo, sheet = assets_dir() / "demo" / "input.png", tmp_path / "sheet.png"
+    words = ["reconstruct", str(photo), "--sheet", str(sheet), "--object", "ball@180,354"]
+    assert CliRunner().invoke(app, words).exit_code == 2
+    assert CliRunner().invoke(app, [*words, "--prompt", "The ball rolls."]).exit_code == 0
+    assert sheet.stat().st_size > 0

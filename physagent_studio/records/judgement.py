@@ -89,6 +89,11 @@ class Assessment(Frozen):
         return sum(min(check.margin, 0.0) for check in self.checks if check.demanded)
 
     @property
+    def seen_to_move(self) -> bool:
+        """Whether what the sentence has move does so in the picture; no where nothing shall."""
+        return any(check.ok for check in self.checks if check.id == "view.something")
+
+    @property
     def realised(self) -> int:
         """How many checks hold."""
         return sum(check.ok for check in self.checks if check.demanded)

@@ -62,11 +62,15 @@ class LoopState(Frozen):
 
 
 def best_of(rounds: Iterable[Round]) -> Round | None:
-    """The round whose rollout holds best; None where none has run."""
+    """The round whose rollout holds best; None where none has run.
+
+    Of those that fail, one in which something is seen to happen goes before one at rest.
+    """
     judged = [one for one in rounds if one.rollout and one.assessment]
     return max(judged, key=_merit, default=None)
 
 
-def _merit(item: Round) -> tuple[bool, float, int]:
-    assert item.assessment is not None
-    return (item.passed, item.assessment.score, item.number)
+def _merit(item: Round) -> tuple[bool, bool, float, int]:
+    told = item.assessment
+    assert told is not None
+    return (item.passed, told.seen_to_move, told.score, item.number)

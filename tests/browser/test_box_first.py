@@ -48,7 +48,7 @@ def test_one_drag_a_thing(waiting: Desk, repository: Path) -> None:
         assert page.evaluate(AMISS) == []
     old = waiting.snapshot.session_id
     page.evaluate("window.clicks = 0; document.addEventListener('click', () => clicks++)")
-    page.get_by_role("dialog").get_by_role("button", name="Start", exact=True).dblclick()
+    page.get_by_role("dialog").get_by_role("button", name="Make the scene", exact=True).dblclick()
     waiting.until(lambda: waiting.snapshot.session_id != old, "a new session")
     waiting.idle()
     # The second click did not get to what lay beneath the dialog.

@@ -147,7 +147,7 @@ def test_a_new_session_from_a_photo_by_clicks_alone(waiting: Desk, repository: P
     page.get_by_label("Name 2").fill("wooden_block")
     old, store = waiting.snapshot.session_id, waiting.workbench.store
     count = len(store.list())
-    start = page.get_by_role("dialog").get_by_role("button", name="Start", exact=True)
+    start = page.get_by_role("dialog").get_by_role("button", name="Make the scene", exact=True)
     start.evaluate("button => { button.click(); button.click(); }")
     waiting.until(lambda: waiting.snapshot.session_id != old, "a new session")
     waiting.idle()

@@ -416,13 +416,13 @@ def test_a_session_from_a_photo_and_a_sentence_alone(
     # What cannot be begun comes back as it was, with the reason.
     dialog = page.get_by_role("dialog")
     page.get_by_label("Sentence").fill("It explodes.")
-    dialog.get_by_role("button", name="Start", exact=True).click()
+    dialog.get_by_role("button", name="Make the scene", exact=True).click()
     expect(dialog.get_by_text("The sentence names nothing")).to_be_visible()
     expect(dialog.get_by_alt_text("Your photo")).to_be_visible()
     expect(page.locator("#notices > *")).to_have_count(0)
     assert fresh.snapshot.session_id == before
     page.get_by_label("Sentence").fill(sentence)
-    dialog.get_by_role("button", name="Start", exact=True).click()
+    dialog.get_by_role("button", name="Make the scene", exact=True).click()
     # The photo is there to look at while its scene is made, and the things are there to be marked.
     expect(page.locator("img.awaited")).to_be_visible()
     fresh.until(lambda: fresh.snapshot.session_id not in (None, before), "the new session")

@@ -211,7 +211,7 @@ export function startDialogs(host) {
                 things.length > 1 ? button("Remove", () => { things.splice(i, 1); at = Math.min(at > i ? at - 1 : at, things.length - 1); show(); }, { class: "b quiet small" }) : null))),
             h("div", {}, button("Another thing", () => { things.push({ ...unmarked(`object ${things.length + 1}`), typed: true }); at = things.length - 1; show(); }, { class: "b small" }))))),
       ],
-    ], photo ? [h("span", { class: "muted grow", "aria-live": "polite" }, lacks()), button("Another photo", () => { photo = null; show(); }), button("Start", begin, { class: "b main", disabled: !ready() })] : null);
+    ], photo ? [h("span", { class: "muted grow", "aria-live": "polite" }, lacks()), button("Another photo", () => { photo = null; show(); }), button("Make the scene", begin, { class: "b main", disabled: !ready() })] : null);
   }
 
   // What was cut out of the thing that is being marked, and the other ways to cut it out.

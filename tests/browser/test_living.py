@@ -210,3 +210,17 @@ def test_the_layout_is_moved_by_keys_and_remembered(waiting: Desk) -> None:
     waiting.until(lambda: width() == wider, "the same after a reload")
     page.locator("#split-left").dblclick()
     waiting.until(lambda: width() == before, "as it was")
+
+
+def test_the_scene_shows_that_the_keys_go_to_it(waiting: Desk) -> None:
+    """A page within a page is never told to be the one in focus: its edge says so instead."""
+    page = waiting.page
+    edge = "() => getComputedStyle(document.getElementById('viewer')).outlineStyle"
+    assert page.evaluate(edge) == "none"
+    for _ in range(60):
+        page.keyboard.press("Tab")
+        if page.evaluate("() => document.activeElement.id") == "viewer":
+            break
+    waiting.until(lambda: page.evaluate(edge) == "solid", "an edge around the scene")
+    page.locator("#split-left").focus()
+    waiting.until(lambda: page.evaluate(edge) == "none", "no edge any more")

@@ -112,6 +112,12 @@ export function startKeys({ left, right, dialogs, meshFile, scene, theme, presen
   // The 3D view is a page of its own; its keys come here too.
   const viewer = document.getElementById("viewer");
   viewer.addEventListener("load", () => viewer.contentWindow.addEventListener("keydown", pressed, true));
+  // Nor is it ever :focus-visible: where Tab leads into it, its edge is told to show that.
+  let tabbed = false;
+  addEventListener("keydown", (event) => { tabbed = event.key === "Tab"; }, true);
+  addEventListener("pointerdown", () => { tabbed = false; }, true);
+  addEventListener("blur", () => viewer.classList.toggle("focused", tabbed && document.activeElement === viewer));
+  addEventListener("focus", () => viewer.classList.remove("focused"));
 
   // --- palette and help -----------------------------------------------------------------------
 

@@ -83,9 +83,10 @@ export function startRun(host, dialogs, more) {
 // Which roles the person plays; the agent plays the others.
 function roles(run, unfolded, unfold) {
   const chosen = (role) => run.byHand.includes(role);
-  const mine = ROLES.filter(([role]) => chosen(role)).map(([, text]) => text.toLowerCase());
+  const own = ROLES.filter(([role]) => chosen(role)).map(([, text]) => text.toLowerCase());
+  const mine = run.policy === "auto" ? own : ["decisions", ...own];
   return h("div", { class: "roles" },
-    h("button", { class: "link", type: "button", "aria-expanded": String(unfolded), onclick: unfold, title: "Roles that you take over for good: the program waits for you there" }, `I do myself: ${["decisions", ...mine].join(", ")}`),
+    h("button", { class: "link", type: "button", "aria-expanded": String(unfolded), onclick: unfold, title: "Roles that you take over for good: the program waits for you there" }, `I do myself: ${mine.join(", ") || "nothing"}`),
     unfolded ? h("div", { class: "row wrap", role: "group", "aria-label": "What I do myself" },
       ROLES.map(([role, text, title]) => h("button", { class: "b small", key: role, type: "button", title: role === "generator" && run.started ? "The first program has run already" : title,
         disabled: role === "generator" && run.started && !chosen(role), "aria-pressed": String(chosen(role)), onclick: () => send({ do: "role", role, on: !chosen(role) }) }, text))) : null);

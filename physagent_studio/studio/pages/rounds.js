@@ -150,7 +150,8 @@ export function startRounds(host, dock, { showRounds, showPlots, showPhoto }) {
     const stage = shown.stage === "reconstruction";
     const unseen = !stage && !shown.override && data.checks.every((c) => c.ok || c.part || c.group === "view");
     const sure = !data.doubts.some((one) => one.kind === "mask");
-    const said = good ? (sure ? "The event happens" : "The event happens, if the masks are right") : stage ? "The scene does not match the photo" : unseen ? "It happens, but a viewer cannot see it well" : "The event does not happen yet";
+    const told = !data.notUnderstood.length && !data.untested.length;
+    const said = good ? `The event happens${sure ? "" : ", if the masks are right"}${told ? "" : ", as far as it is tested"}` : stage ? "The scene does not match the photo" : unseen ? "It happens, but a viewer cannot see it well" : "The event does not happen yet";
     return h("div", { style: "margin-top:14px" },
       h("div", { class: "row" },
         h("span", { class: "title grow" }, said),

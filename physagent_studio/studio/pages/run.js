@@ -135,6 +135,6 @@ function state(run) {
   if (run.readOnly) return h("div", { class: "strip warn" }, "An earlier round is open, read-only.");
   if (corrected(run)) return h("div", { class: "row strip" }, h("span", { class: "grow" }, "What you corrected is in. Start runs the event with it."), h("button", { class: "link", type: "button", onclick: () => send({ do: "discard" }) }, "Discard"));
   if (run.draft) return h("div", { class: "row strip warn" }, h("span", { class: "grow" }, "You have edits that no round has run yet."), h("button", { class: "link", type: "button", onclick: () => send({ do: "discard" }) }, "Discard"));
-  if (run.phase === "done") return h("div", { class: run.realised ? "strip ok" : "strip warn" }, run.outcome);
+  if (run.phase === "done") return h("div", { class: run.realised && !run.inDoubt ? "strip ok" : "strip warn" }, run.outcome);
   return h("div", { class: "muted" }, sentence(run.doing).replace("…", "."));
 }

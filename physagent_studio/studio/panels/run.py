@@ -6,6 +6,8 @@ from collections.abc import Sequence
 from typing import Any
 
 from physagent_studio.agent.by_hand import turn_of
+from physagent_studio.records import doubts_of
+from physagent_studio.session.standing import IN_DOUBT
 from physagent_studio.studio.library import Output
 from physagent_studio.studio.panels.rounds import OUTCOMES, RECENT
 from physagent_studio.studio.panels.timeline import length_in_words
@@ -43,7 +45,9 @@ STEPS = {
 def state_of(snapshot: Snapshot, outputs: Sequence[Output] = ()) -> dict[str, Any]:
     """Title, sentence, progress, policy, budget, and what was made of the round on view."""
     loop, case = snapshot.state, snapshot.case
-    turn, path = turn_of(loop), snapshot.state.path()
+    turn, path, told = turn_of(loop), snapshot.state.path(), snapshot.program.contract
+    unsure = told.untested or told.not_understood or doubts_of(snapshot.scene)
+    doubted = loop.outcome == "realised" and bool(unsure)
     return {
         "session": snapshot.session_id,
         "title": snapshot.title,
@@ -54,8 +58,9 @@ def state_of(snapshot: Snapshot, outputs: Sequence[Output] = ()) -> dict[str, An
         "doing": TURNS[turn] if turn else PHASES.get(loop.phase, loop.phase),
         "turn": turn or "",
         "byHand": list(loop.by_hand),
-        "outcome": OUTCOMES[loop.outcome],
+        "outcome": f"The event happens, {IN_DOUBT}." if doubted else OUTCOMES[loop.outcome],
         "realised": loop.outcome == "realised",
+        "inDoubt": doubted,
         "policy": loop.policy,
         "budget": loop.budget,
         "used": len(path),

@@ -144,19 +144,16 @@ def over_way(frame: EventFrame, subject: str, layout: Layout) -> Direction | Non
     where something else knocks it over."""
     if frame.agent or subject not in frame.patient:
         return None
-    said = frame.posture in ("supine", "prone")
-    if not said and frame.sense not in ("topple", "lean", "lose_balance", "tip_over"):
-        return None
-    ahead = (
-        frame.posture == "prone"
-        if said
-        else {"forward": True, "backward": False}.get(frame.direction or "")
-    )
-    if ahead is None:
-        return None
+    if frame.posture == "supine":
+        return "away"
+    if frame.posture != "prone":
+        if frame.sense not in ("topple", "lean", "lose_balance", "tip_over"):
+            return None
+        if frame.direction not in ("forward", "backward"):
+            return None
     front = likely_front(layout, subject)
     facing: Direction = "toward_camera" if front is None else named_way(front)
-    return facing if ahead else OPPOSITE[facing]
+    return OPPOSITE[facing] if frame.direction == "backward" else facing
 
 
 def _is_level(subject: str, layout: Layout) -> bool:

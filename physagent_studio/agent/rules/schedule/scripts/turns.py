@@ -182,7 +182,9 @@ def _over_then(task: Task, ahead: FloatArray, distance: float) -> list[Action]:
     """Tips over across a level way (3,), and is sent that far along it, m, when it lies."""
     layout, target = task.layout, task.target()
     sides: tuple[Direction, ...] = ("toward_camera", "away", "left", "right")
-    across = [side for side in sides if abs(float(WAYS[side] @ ahead)) < TURNS.max_along_cosine]
+    across: list[Direction] = [
+        side for side in sides if abs(float(WAYS[side] @ ahead)) < TURNS.max_along_cosine
+    ]
     height = layout.height(task.name)
     side = max(across, key=lambda s: min(free_way(layout, task.name, WAYS[s]) / height, 1.0))
     onto = target.name if target is not None and target.kind == "object" else None

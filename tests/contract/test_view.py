@@ -447,6 +447,23 @@ def test_what_only_tips_over_comes_down_where_it_stood(seed: int) -> None:
 
 
 @seeds
+def test_what_only_tips_over_is_not_tossed(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    along = [go("ball", rng.uniform(0.3, 0.6), 0, 0)]
+    up = [go("ball", 0, 0, rng.uniform(1.2, 2.0))]
+    for actions, ok in ((along, True), (up, False)):
+        floor = says("contacts", other="floor")
+        check = views(scene_of([at(BALL, -1.0)], actions, says("topples"), floor))[
+            "view.tossed.ball"
+        ]
+        agrees(check)
+        assert check.ok == ok, check.text
+    blow = says("contacts", other="box")
+    hit = scene_of([at(BALL, -1.0), at(BOX, 0.5)], up, says("topples"), blow)
+    assert "view.tossed.ball" not in views(hit)
+
+
+@seeds
 def test_what_tips_off_a_stack_comes_down_as_far_off_as_it_was_high(seed: int) -> None:
     high = np.random.default_rng(seed).uniform(0.7, 0.9)
     off = [go("ball", 0.9, 0, 0), hold("ball", 60, 320)]

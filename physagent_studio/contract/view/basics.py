@@ -33,8 +33,9 @@ TIMED = frozenset(
 VIEW_CODES = {
     "inside": "framing", "pace": "pace", "fills": "pace", "meeting": "pace", "in_time": "pace",
     "ends": "not_stopped", "something": "not_visible", "calm": "stirs", "wheels": "heading",
-    "amount": "pace", "place": "pace", "gone": "falls_short", "act": "falls_short",
-    "apart": "not_broken", "alone": "overshoots", "footing": "toppled", "lean": "misses",
+    "amount": "pace", "place": "pace", "tossed": "pace", "gone": "falls_short",
+    "act": "falls_short", "apart": "not_broken",
+    "alone": "overshoots", "footing": "toppled", "lean": "misses",
 }  # fmt: skip
 """Code of a failed view check, by its rule: the second word of its id."""
 
@@ -112,12 +113,17 @@ little."""
 _IN_PLACE = frozenset(("topples", "upright", "moves", "rests_on", "stays", "stops"))
 
 
+OFF_GROUND = 0.15
+"""Longest time that what only tips over is off what it stands on, s: tossed it looks flung."""
+
+
 def in_place(facts: Facts, names: tuple[str, ...]) -> list[Check]:
-    """What tips over, and does no more and is struck by nothing, comes down where it stood."""
+    """What tips over, and does no more and is struck by nothing, comes down where it stood, and
+    is not tossed."""
     found = []
     for name in names:
         own = [s for s in facts.program.contract.statements if name in _named(s) and not s.negated]
-        told = {s.kind for s in own}
+        told = {s.kind for s in own if not _meets_the_ground(s, facts)}
         if "topples" not in told or not told <= _IN_PLACE:
             continue
         reach = REACH * _over_its_end(facts, name)
@@ -131,7 +137,29 @@ def in_place(facts: Facts, names: tuple[str, ...]) -> list[Check]:
             view_check("place", name, text, (reach - far) / reach, measured=far, threshold=reach,
                        unit="m")
         )  # fmt: skip
+        if _over_its_end(facts, name) < 1.1 * height_of(facts, name):
+            found.append(_not_tossed(facts, name))
     return found
+
+
+def _meets_the_ground(statement: Statement, facts: Facts) -> bool:
+    other = getattr(statement, "other", "")
+    return statement.kind == "contacts" and facts.program.scene.support(other) is not None
+
+
+def _not_tossed(facts: Facts, name: str) -> Check:
+    """It keeps touching something as it tips over from level ground."""
+    window = facts.whole()
+    free = ~facts.touching_anything(name, window)
+    free &= facts.is_clear(name, window) if free.any() else free
+    ends = np.flatnonzero(np.diff(np.concatenate([[0], free.astype(int), [0]])))
+    longest = float((ends[1::2] - ends[::2]).max(initial=0)) * facts.dt
+    text = (
+        f"{name} is off the ground for at most {number(OFF_GROUND, 's')} as it tips over: "
+        f"{number(longest, 's')}: {{answer}}"
+    )
+    return view_check("tossed", name, text, (OFF_GROUND - longest) / OFF_GROUND,
+                      measured=longest, threshold=OFF_GROUND, unit="s")  # fmt: skip
 
 
 def _named(statement: Statement) -> tuple[str, ...]:

@@ -43,6 +43,8 @@ class EasingSettings:
     times_as_long: tuple[float, ...] = (1.0, 3.0)  # ratio, 1..6: of how long a push lasts, tried
     soon_frames: int = 9  # frames, 4..20: by then something moves, unless it began later before
     min_way_share: float = 0.85  # 0.5..1: of its way that each acting thing still goes
+    balance_deg: tuple[float, float] = (20.0, 65.0)  # 5..85: of tilt, where a thing may hang
+    max_balance_s: float = 0.3  # s, 0.1..1: that it may be between these: a metre takes so long
     # 0..0.2: of its longer side in the picture, by which each may reach beyond the frame
     max_beyond_ratio: float = 0.02
 
@@ -166,7 +168,21 @@ def _is_seen_as_well(situation: Situation, found: Candidate, before: Rollout) ->
     far = all(_way(now, name) >= EASING.min_way_share * _way(was, name) for name in names)
     whole = all(_beyond(now, n) <= max(_beyond(was, n), EASING.max_beyond_ratio) for n in names)
     lets_go = _pushed_through(now) <= _pushed_through(was)
-    return far and whole and lets_go and _first(now) <= max(_first(was), EASING.soon_frames)
+    falls = all(_balances(now, n) <= max(_balances(was, n), EASING.max_balance_s) for n in names)
+    return (
+        far and whole and lets_go and falls and _first(now) <= max(_first(was), EASING.soon_frames)
+    )
+
+
+def _balances(facts: Facts, name: str) -> float:
+    """How long what topples is neither standing nor about to lie, s: a push that hardly suffices
+    leaves it on its edge."""
+    told = (s for s in facts.program.contract.statements if s.kind == "topples" and not s.negated)
+    if name not in {s.subject for s in told}:
+        return 0.0
+    tilt = facts.track(name, facts.whole()).tilt()
+    low, high = EASING.balance_deg
+    return float(np.count_nonzero((tilt > low) & (tilt < high))) * facts.dt
 
 
 def _pushed_through(facts: Facts) -> set[str]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 from physagent_studio.program.scene.state import SceneState
 
@@ -18,6 +19,13 @@ def speed_to_stop(distance: float, friction: float) -> float:
 def rolling_slowing(resistance: float) -> float:
     """Deceleration of a ball that rolls: 5/7 c g, since its spin has to be slowed as well."""
     return 5 / 7 * resistance * G
+
+
+class Push(NamedTuple):
+    """A push that gives a free body `speed`, m/s, within `seconds`."""
+
+    speed: float
+    seconds: float
 
 
 def speed_to_arrive(distance: float, seconds: float, slowing: float = 0.0) -> float:
@@ -58,6 +66,27 @@ def speed_to_topple(height: float, half_width: float) -> float:
     lift = math.hypot(half, half_width) - half
     spin = math.sqrt(2 * G * lift / ((height * height + half_width * half_width) / 3))
     return spin * height
+
+
+def push_to_topple(height: float, half_width: float, most: float) -> Push:
+    """The push that carries an upright body's centre over its lower edge, and hardly more.
+
+    Its speed is that of the centre, square to the line from the edge to it. While it is pushed it
+    turns half as far as it would at that speed; with what it has then it has to rise the rest:
+    ½ I (v/r)² = m g r (1 - cos(φ - v t / 2r)), φ from where it stands to where it balances.
+    most: s, the longest push; what is small falls faster.
+    """
+    inertia = (height * height + half_width * half_width) / 3
+    reach = math.hypot(height / 2, half_width)
+    balance = math.atan2(2 * half_width, height)
+    seconds = min(most, math.sqrt(inertia / (G * reach)))
+    low, high = 0.0, balance * reach / max(seconds / 2, 1e-9)
+    for _ in range(40):
+        speed = (low + high) / 2
+        left = balance - speed * seconds / (2 * reach)
+        short = inertia * (speed / reach) ** 2 / 2 < G * reach * (1 - math.cos(left))
+        low, high = (speed, high) if short else (low, speed)
+    return Push(high, seconds)
 
 
 def speed_to_knock(

@@ -4,13 +4,17 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from physagent_studio.agent.rules import Easing
 from physagent_studio.agent.rules.planner.easing import EASING
 from physagent_studio.agent.rules.planner.trials import TRIAL
+from physagent_studio.contract import Facts
+from physagent_studio.contract.track import Window
 from physagent_studio.program import PhysicalProgram, SetField, apply, value_at
 from physagent_studio.records import Memory, Proposal
+from physagent_studio.simulation import simulate
 from tests.agent.rules.filmed import BALL, failing, filmed, push, rolling, situation_of, try_out
 
 SPEED = "event.actions.push_ball.force.magnitude"
@@ -134,3 +138,22 @@ def test_where_nothing_is_pushed_the_clip_keeps_its_frames() -> None:
         {"id": "falls", "kind": "falls", "subject": "ball"},
     )
     assert Easing().ease(situation_of(falls)).hunks == ()
+
+
+def test_what_topples_is_not_left_on_its_edge() -> None:
+    """The gentlest push that suffices would have it hang there."""
+    post = {
+        "name": "post", "shape": {"kind": "box", "size": [0.2, 0.2, 0.5]},
+        "position": [0.0, 4.0, 0.25], "support": "floor", "density": 100,
+    }  # fmt: skip
+    tipped = push(1.3) | {"id": "tip_post", "name": "post", "point": [0.0, 0.0, 0.2]}
+    program = filmed([post], [tipped], {"id": "over", "kind": "topples", "subject": "post"})
+    slow = program.clip.model_copy(update={"steps_per_frame": 1})
+    program = program.model_copy(update={"clip": slow})
+    assert failing(program) == []
+    found = Easing().ease(situation_of(program))
+    gentle = apply(program, found.edits) if found.hunks else program
+    tilt = Facts.of(gentle, simulate(gentle, {})).track("post", Window(0, gentle.clip.steps)).tilt()
+    low, high = EASING.balance_deg
+    between = np.count_nonzero((tilt > low) & (tilt < high)) * gentle.clip.step_seconds
+    assert between <= max(EASING.max_balance_s, 0.45)

@@ -23,6 +23,8 @@ class TurnSettings:
 
     # 0.5..1: of the friction that holds its foot back, up to which a level push tips a thing
     grip_share: float = 0.8
+    tip_s: float = 0.25  # s, 0.05..0.5: that a thing is tipped for
+    sure_factor: float = 1.05  # 1..1.5: of the push that just suffices
     out_share: float = 0.4  # 0.2..0.45: of the clip, in which a thing gets to where it turns back
     over_share: float = 0.35  # 0.2..0.5: of the clip, after which it lies and is sent on
     on_share: float = 0.4  # 0.2..0.6: of the clip, in which it gets there then
@@ -47,15 +49,18 @@ def tip(task: Task, said: Direction | None = None) -> list[Action]:
     way = way if onto is None else task.way_onto(onto)
     height = layout.height(task.name)
     width = layout.extent(task.name, way)
-    speed = 1.2 * mech.speed_to_topple(height, width) / 2
     named = named_way(way) if onto is None else None
-    point, lift = act.top_point(layout, task.name), 0.0
+    push = mech.push_to_topple(height, width, TURNS.tip_s)
+    point, lift, speed = act.top_point(layout, task.name), 0.0, TURNS.sure_factor * push.speed
+    slope = math.atan2(2 * width, height)
     if width > TURNS.grip_share * task.ground_friction() * height:
         # Pushed along the level it would slide: its rear edge is lifted, square to the lever.
-        point = act.rear_top_point(layout, task.name, way)
-        lift = math.degrees(math.atan2(2 * width, height))
-    force = act.toward_or_along(max(speed, 0.3), toward=onto, way=named, elevation=lift)
-    return [act.push(task.name, force, start=task.delay, duration=15, point=point, label="tip")]
+        point, lift = act.rear_top_point(layout, task.name, way), math.degrees(slope)
+    else:
+        speed *= math.cos(slope)
+    force = act.toward_or_along(speed, toward=onto, way=named, elevation=lift)
+    steps = max(round(push.seconds / task.clip.step_seconds), 2)
+    return [act.push(task.name, force, start=task.delay, duration=steps, point=point, label="tip")]
 
 
 def _free_way(task: Task) -> Direction:

@@ -143,10 +143,11 @@ def test_where_nothing_is_pushed_the_clip_keeps_its_frames() -> None:
 def test_what_topples_is_not_left_on_its_edge() -> None:
     """The gentlest push that suffices would have it hang there."""
     post = {
-        "name": "post", "shape": {"kind": "box", "size": [0.2, 0.2, 0.5]},
-        "position": [0.0, 4.0, 0.25], "support": "floor", "density": 100,
+        "name": "post", "shape": {"kind": "box", "size": [0.25, 0.25, 0.4]},
+        "position": [0.0, 4.0, 0.2], "support": "floor", "density": 100,
     }  # fmt: skip
-    tipped = push(1.3) | {"id": "tip_post", "name": "post", "point": [0.0, 0.0, 0.2]}
+    tipped = push(1.0) | {"id": "tip_post", "name": "post", "point": [-0.125, 0.0, 0.18]}
+    tipped |= {"duration": 15, "force": tipped["force"] | {"elevation": 35}}
     program = filmed([post], [tipped], {"id": "over", "kind": "topples", "subject": "post"})
     slow = program.clip.model_copy(update={"steps_per_frame": 1})
     program = program.model_copy(update={"clip": slow})
@@ -156,4 +157,5 @@ def test_what_topples_is_not_left_on_its_edge() -> None:
     tilt = Facts.of(gentle, simulate(gentle, {})).track("post", Window(0, gentle.clip.steps)).tilt()
     low, high = EASING.balance_deg
     between = np.count_nonzero((tilt > low) & (tilt < high)) * gentle.clip.step_seconds
-    assert between <= max(EASING.max_balance_s, 0.45)
+    assert found.hunks
+    assert between <= EASING.max_balance_s

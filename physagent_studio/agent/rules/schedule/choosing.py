@@ -218,11 +218,14 @@ def _goes_first(task: Task) -> bool:
 
 
 def _tips_onto(task: Task) -> bool:
-    """ "The first domino falls and knocks down the next": it stands within reach of it."""
+    """ "The first domino falls and knocks down the next", "the bottle topples and hits the bowl":
+    it stands within reach of it, and falls before anything else is told of it."""
     layout, hits = task.layout, task.intent.hits
     if not hits or not _can_only_topple_here(task) or not layout.has(hits[0]):
         return False
-    if task.intent.has("roll", "slide", "move", "drift", "hit", "push"):
+    told = [frame.sense for frame in task.intent.frames if not frame.negated]
+    over = next((k for k, sense in enumerate(told) if sense in _OVER), 0)
+    if {"roll", "slide", "move", "drift", "push"} & {*told} or "hit" in told[:over]:
         return False
     return layout.gap(task.name, hits[0]) < layout.height(task.name)
 

@@ -51,7 +51,7 @@ class Kind(_Row):
     ) = None
     base: Literal["solid", "splayed"] | None = None
     hollow: Literal["open", "lidded", "soft"] | None = None
-    parts: tuple[Literal["frame", "stem", "handle"], ...] = ()
+    parts: tuple[Literal["frame", "stem", "handle", "back"], ...] = ()
     wheels: Heading | None = None
     colours: tuple[str, ...] = ()
     body: Literal["sheet", "flag", "plant", "grains"] | None = None

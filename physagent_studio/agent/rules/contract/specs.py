@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from physagent_studio.agent.rules.scene.facing import likely_front
+from physagent_studio.agent.rules.scene.facing import before_its_back, likely_front
 from physagent_studio.agent.rules.scene.measures import OPPOSITE, Layout, level, named_way
 from physagent_studio.language import SLOPE_ENDS, EventFrame, Place, Reading
 from physagent_studio.program.actions import Direction
@@ -145,7 +145,8 @@ def over_way(frame: EventFrame, subject: str, layout: Layout) -> Direction | Non
     if frame.agent or subject not in frame.patient:
         return None
     if frame.posture == "supine":
-        return "away"
+        ahead = before_its_back(layout, subject)
+        return "away" if ahead is None else OPPOSITE[named_way(ahead)]
     if frame.posture != "prone":
         if frame.sense not in ("topple", "lean", "lose_balance", "tip_over"):
             return None

@@ -9,6 +9,8 @@ import numpy as np
 
 from physagent_studio.agent.rules.scene.measures import FloatArray, Layout
 from physagent_studio.knowledge import kind_of
+from physagent_studio.program.rotations import matrix_of
+from physagent_studio.program.scene.forms import Inflated, Meshed
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,6 +21,8 @@ class FacingSettings:
     min_side_ratio: float = 1.15  # 1..1.5: length over height of an animal seen from its side
     # cosine, 0.1..0.7: of its axis and a way, from which one of its ends lies that way
     min_along_cosine: float = math.cos(math.radians(67.5))
+    top_share: float = 0.3  # 0.1..0.5: of its height, which is its top
+    min_back_share: float = 0.1  # 0.05..0.4: of its width, by which its top is off its middle
     # share, 0..0.3: of the picture's width, off its middle: what has more room before it than that
     min_room_share: float = 0.1
 
@@ -59,17 +63,38 @@ def likely_front(layout: Layout, name: str) -> FloatArray | None:
     ):
         # A figurine of an animal faces as the animal does.
         kind = of if of.is_alive else kind
-    if kind is not None and kind.wheels == "any_way":
+    if kind is not None and kind.wheels == "any_way" and "back" not in kind.parts:
         return None
     if item is not None and item.wheels is not None:
         angle = math.radians(item.wheels.heading)
         return np.array([math.cos(angle), math.sin(angle), 0.0])
-    if kind is None or not (kind.wheels or kind.is_alive) or not layout.has(name):
+    if kind is None or not layout.has(name):
+        return None
+    if (front := before_its_back(layout, name)) is not None:
+        return front
+    if not (kind.wheels or kind.is_alive):
         return None
     axis, shown = long_axis(layout, name)
     if kind.wheels == "short_axis":
         axis = np.array([-axis[1], axis[0], 0.0])
     return likely_end(layout, name, axis if shown else None)
+
+
+def before_its_back(layout: Layout, name: str) -> FloatArray | None:
+    """Level unit direction (3,) in which what has a back to lean on faces: away from the side on
+    which it is highest; None for what has none, or where that is in its middle."""
+    item, kind = layout.state.object(name), kind_of(name)
+    if item is None or kind is None or "back" not in kind.parts:
+        return None
+    if not isinstance(item.shape, Inflated | Meshed) or not item.shape.hull:
+        return None
+    corners = np.array(item.shape.hull) @ matrix_of(item.rotation).T
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    top = corners[corners[:, 2] > high[2] - FACING.top_share * (high[2] - low[2])]
+    aside = (top[:, 0].mean() - (low[0] + high[0]) / 2) / max(high[0] - low[0], 1e-9)
+    if abs(aside) < FACING.min_back_share:
+        return None
+    return np.array([-1.0 if aside > 0 else 1.0, 0.0, 0.0])
 
 
 def likely_end(layout: Layout, name: str, axis: FloatArray | None) -> FloatArray:

@@ -179,8 +179,25 @@ def over_and_on(task: Task) -> list[Action]:
 
 
 def over_and_off(task: Task) -> list[Action]:
-    """Tips over, and rolls off what it stands on."""
-    return _over_then(task, *way_off(task))
+    """Tips over, and rolls off what it stands on: where it is said to which side it falls, over
+    the edge to which it rolls then."""
+    ahead, distance = way_off(task)
+    fallen = _falls_to(task)
+    if fallen is not None and abs(float(WAYS[fallen] @ ahead)) > TURNS.max_along_cosine:
+        # Of an edge that is not seen nobody sees that it rolls off.
+        ends: tuple[Direction, ...] = (
+            ("toward_camera",) if fallen in ("left", "right") else ("right", "left")
+        )
+        end = min(ends, key=lambda e: task.layout.way_to_edge(task.name, WAYS[e]))
+        ahead, distance = WAYS[end], task.layout.way_to_edge(task.name, WAYS[end])
+    return _over_then(task, ahead, distance)
+
+
+def _falls_to(task: Task) -> Direction | None:
+    """The side to which it is told to fall, before it rolls."""
+    over = (f for f in task.intent.frames if f.sense in ("topple", "tip_over", "lose_balance"))
+    said = next((f.direction for f in over if f.direction), None)
+    return said if said in ("left", "right", "away", "toward_camera") else None
 
 
 def _over_then(task: Task, ahead: FloatArray, distance: float) -> list[Action]:
@@ -191,14 +208,15 @@ def _over_then(task: Task, ahead: FloatArray, distance: float) -> list[Action]:
         side for side in sides if abs(float(WAYS[side] @ ahead)) < TURNS.max_along_cosine
     ]
     height = layout.height(task.name)
-    side = max(across, key=lambda s: min(free_way(layout, task.name, WAYS[s]) / height, 1.0))
+    free = max(across, key=lambda s: min(free_way(layout, task.name, WAYS[s]) / height, 1.0))
+    fallen = _falls_to(task)
     onto = target.name if target is not None and target.kind == "object" else None
     speed = task.speed or distance / task.seconds(TURNS.on_share)
     roll = act.push(
         task.name, act.toward_or_along(max(speed, 0.1), toward=onto, vector=ahead),
         start=round(task.seconds(TURNS.over_share) / task.clip.step_seconds), label="roll",
     )  # fmt: skip
-    return [*tip(task, side), roll]
+    return [*tip(task, fallen if fallen in across else free), roll]
 
 
 def spin_along(task: Task) -> list[Action]:

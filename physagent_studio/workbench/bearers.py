@@ -155,7 +155,7 @@ def _with_top(said: Grounding, box: Box | None, feet: Sequence[Pixel], image: Im
 
 
 def _clicked(said: Grounding, feet: Sequence[Pixel], slopes: bool) -> Grounding:
-    """What shows the surface: its own clicks, else where others stand on it; of a slope its box."""
+    """What shows the surface: its own clicks, else where others stand on it, within its box."""
     if said.points or said.box is None:
         return said
     left, top, right, bottom = said.box
@@ -163,4 +163,4 @@ def _clicked(said: Grounding, feet: Sequence[Pixel], slopes: bool) -> Grounding:
     if slopes and not feet:
         return said
     points = tuple(Click(x=round(x, 1), y=round(y, 1)) for x, y in spots[: BEARER.max_click_count])
-    return Grounding(points=points, box=said.box if slopes else None)
+    return Grounding(points=points, box=said.box)

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from physagent_studio.arrays import BoolArray
 from physagent_studio.errors import InputError
 from physagent_studio.knowledge import is_solid, support_kind
-from physagent_studio.program.scene.state import Grounding, SceneState
+from physagent_studio.program.scene.state import Grounding, SceneState, Support
 from physagent_studio.reconstruction.masks.segmenter import EmbeddedSegmenter, Segmenter, apart
 from physagent_studio.reconstruction.masks.stacks import alone
 from physagent_studio.reconstruction.masks.strokes import corrected
@@ -55,22 +56,44 @@ def candidates_of(
         for item in state.supports
         if support_kind(item.name) == "slab" and not is_solid(item.name)
     }
+    boxes = {item.name: item.grounding.box for item in state.supports if item.name in tops}
     return {
-        name: with_surface(case.image, own, known[name])
+        name: _within(with_surface(case.image, own, known[name]), boxes[name])
         if name in tops and name not in kept
         else known[name]
         for name, own in apart(tasks)
     }
 
 
+def _within(
+    offers: tuple[Candidate, ...], box: tuple[float, float, float, float] | None
+) -> tuple[Candidate, ...]:
+    """Candidates of a surface (H, W), none of them larger than the box that a person drew."""
+    if box is None:
+        return offers
+    left, top, right, bottom = (round(value) for value in box)
+    inside = np.zeros_like(offers[0].mask)
+    inside[max(top, 0) : bottom, max(left, 0) : right] = True
+    cut = tuple(replace(one, mask=one.mask & inside) for one in offers)
+    return tuple(one for one in cut if one.mask.any()) or offers
+
+
 def _clicked(state: SceneState) -> list[tuple[str, Grounding]]:
     tasks = [(item.name, item.grounding) for item in state.objects]
     tasks += [
-        (item.name, item.grounding)
+        (item.name, _as_clicked(item))
         for item in state.supports
         if item.grounding.shows_something and support_kind(item.name) in ("slab", "ramp")
     ]
     return tasks
+
+
+def _as_clicked(item: Support) -> Grounding:
+    """How a support is looked for: a box around a table has its legs in it too, so that its clicks
+    say more."""
+    if support_kind(item.name) == "slab" and item.grounding.points:
+        return item.grounding.model_copy(update={"box": None})
+    return item.grounding
 
 
 def known_candidates(

@@ -16,6 +16,8 @@ Spot = tuple[float, float]
 
 _FALLS = ("fall", "land", "descend", "drop")
 _COMES = ("move", "leave", "lose_support", *_FALLS)
+_LETS_GO = ("slip", "leave", "lose_support")
+"""Told of what hung before it falls, where it is not told from what known thing it comes."""
 _INTO = ("in", "into", "inside", "on", "onto")
 
 
@@ -30,6 +32,7 @@ def in_the_air(case: Case, reading: Reading) -> frozenset[str]:
         for name, grounding in (*case.objects, *((s.name, s.grounding) for s in case.supports))
         if (spot := _spot(grounding)) is not None
     }
+    boxes = {s.name: s.grounding.box for s in case.supports if s.grounding.box is not None}
     found: set[str] = set()
     acted: set[str] = set()
     for frame in reading.frames:
@@ -39,9 +42,11 @@ def in_the_air(case: Case, reading: Reading) -> frozenset[str]:
             said = frame.sense in ("hang", "be") and frame.place("above") is not None
             below = frame.place(*_INTO) if frame.sense in _FALLS else None
             from_there = frame.place("off", "from") is not None
-            if said or (below is not None and not from_there and _over(name, below.name, spots)):
+            over = below is not None and _over(name, below.name, spots, boxes.get(below.name))
+            if said or (over and not from_there):
                 found.add(name)
-        acted |= set(frame.patient)
+        if frame.sense not in _LETS_GO or frame.places:
+            acted |= set(frame.patient)
     return frozenset(found)
 
 
@@ -188,11 +193,18 @@ def _spot(grounding: Grounding) -> Spot | None:
     return (x0 + x1) / 2, (y0 + y1) / 2
 
 
-def _over(name: str, below: str, spots: dict[str, Spot]) -> bool:
-    """Whether the picture shows one thing straight above the other and nothing between them."""
+def _over(
+    name: str, below: str, spots: dict[str, Spot], box: tuple[float, float, float, float] | None
+) -> bool:
+    """Whether the picture shows one thing straight above the other and nothing between them.
+
+    box: around the lower one, left, top, right, bottom: what is above it is above any part of it.
+    """
     if name not in spots or below not in spots:
         return False
     (x, y), (to_x, to_y) = spots[name], spots[below]
+    if box is not None and y < box[1]:
+        to_x, to_y = min(max(x, box[0]), box[2]), box[1]
     drop = to_y - y
     if drop <= 0 or abs(to_x - x) > 0.35 * drop:
         return False

@@ -35,6 +35,9 @@ def script_for(task: Task) -> Script:
         left = intent.place("from", "off")
         if left is not None and left.kind == "landmark" and intent.has("fall", "descend"):
             return _nothing
+        if intent.has("slip", "lose_support") and intent.has("fall") and task.way() is None:
+            # "Slips off its hook and falls": what held it is let go of, nothing pushes it.
+            return _nothing
         if intent.has("miss") or intent.place("past", senses=("fall", "descend")):
             return scripts.past_what_is_below
         if scripts.landed_on(task) is not None:

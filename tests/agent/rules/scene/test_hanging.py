@@ -55,6 +55,24 @@ def test_with_something_in_between_it_may_stand_on_that() -> None:
     assert in_the_air(case, read(case.prompt, stock_of(case))) == frozenset()
 
 
+@pytest.mark.parametrize(
+    ("prompt", "hangs"),
+    [
+        ("The mug slips off its hook and falls onto the worktop.", True),
+        ("The mug slips and falls onto the worktop.", True),
+        ("The mug slides to the left and falls onto the worktop.", False),
+    ],
+)
+def test_what_slips_from_what_is_not_marked_hangs_above_any_part_of_a_box(
+    prompt: str, hangs: bool
+) -> None:
+    worktop = Grounding(points=(Click(x=384, y=707),), box=(0, 640, 768, 910))
+    mug = Grounding(box=(107, 356, 205, 443))
+    worktops = (Support(name="worktop", grounding=worktop),)
+    case = Case("hook", None, "", (("mug", mug),), worktops, (), prompt)
+    assert in_the_air(case, read(prompt, stock_of(case))) == ({"mug"} if hangs else frozenset())
+
+
 BRICK, PILLAR = (0.2, 0.1, 0.06), (0.1, 0.1, 0.3)
 
 

@@ -10,7 +10,7 @@ from physagent_studio.agent.rules import RuleGenerator
 from physagent_studio.contract.facts import Facts
 from physagent_studio.contract.picture import sight_of
 from physagent_studio.program import PhysicalProgram
-from physagent_studio.program.actions import ApplyForce, SetAngularVelocity
+from physagent_studio.program.actions import ApplyForce, FixObject, SetAngularVelocity
 from physagent_studio.program.rotations import matrix_of
 from physagent_studio.program.scene.state import Box, Cylinder, Ramp, Sphere
 from physagent_studio.simulation import simulate
@@ -41,6 +41,12 @@ def test_what_turns_around_and_nothing_more_stays_there():
     turned = math.degrees(math.acos(np.clip(first[:, 0] @ last[:, 0], -1, 1)))
     assert turned > 150
     assert np.linalg.norm(rollout.positions[-1, 0] - rollout.positions[0, 0]) < 0.03
+
+
+def test_what_slips_off_what_held_it_falls_straight_down():
+    things = {"mug": (Cylinder(radius=0.04, height=0.1), (0.3, 3.0, 0.6), "air")}
+    program = program_of(Stage("yard", things), "The mug slips and falls to the ground.")
+    assert [type(action) for action in program.event.actions] == [FixObject]
 
 
 def test_what_sinks_slowly_from_high_up_sinks_evenly_and_gets_there():

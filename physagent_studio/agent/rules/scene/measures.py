@@ -289,15 +289,38 @@ class Layout:
         return _exit(support.shape, self.position(name), way)
 
     def nearest_edge(self, name: str) -> tuple[FloatArray, float] | None:
-        """Unit direction (3,) to the nearest edge of its base, and the way there."""
+        """Unit direction (3,) to the nearest edge of its base, and the way there.
+
+        Not over the far edge, where the fall is hidden and a wall may be, nor where the picture
+        cuts the base off and no edge is seen, as long as another is left.
+        """
         support = self.state.support(self.base(name) or "")
         if support is None or not isinstance(support.shape, Slab):
             return None
         cos, sin = math.cos(support.shape.yaw), math.sin(support.shape.yaw)
         sides = [np.array(s) for s in ((cos, sin, 0.0), (-sin, cos, 0.0))]
         ways = [way * sign for way in sides for sign in (1.0, -1.0)]
-        best = min(ways, key=lambda way: self.way_to_edge(name, way))
+        free = [w for w in ways if self._is_open_edge(support.shape, w)]
+        best = min(free or ways, key=lambda way: self.way_to_edge(name, way))
         return best, self.way_to_edge(name, best)
+
+    def _is_open_edge(self, slab: Slab, way: FloatArray) -> bool:
+        """Whether the edge at that side is the front one, or one to a side that ends within the
+        picture."""
+        camera, named = self.state.camera, named_way(way)
+        if camera is None or named == "toward_camera":
+            return True
+        half_x, half_y, _ = (side / 2 for side in slab.size)
+        cos, sin = math.cos(slab.yaw), math.sin(slab.yaw)
+        corners = np.array([
+            (slab.position[0] + cos * x - sin * y, slab.position[1] + sin * x + cos * y,
+             slab.position[2] + slab.size[2] / 2)
+            for x in (-half_x, half_x) for y in (-half_y, half_y)
+        ])  # fmt: skip
+        ends = corners[np.argsort(corners @ way)[2:]]
+        columns, depths = camera.project(ends)
+        inside = (columns[:, 0] > 0) & (columns[:, 0] < camera.size[0]) & (depths > 0)
+        return named != "away" and bool(inside.all())
 
     def downhill(self, name: str) -> FloatArray | None:
         """Unit direction (3,) down the ramp that carries the object; None where there is none."""

@@ -131,3 +131,18 @@ def test_no_more_is_demanded_than_the_picture_leaves_room_for(size: float) -> No
 
     assert demanded(near) <= good_way(layout_of(near), "plank", RIGHT)
     assert demanded(near) < demanded(wide) <= 0.2
+
+
+@pytest.mark.parametrize(
+    ("wide", "at", "way"),
+    [(1.0, 0.3, (1.0, 0.0)), (1.0, 0.0, (0.0, -1.0)), (9.0, 0.3, (0.0, -1.0))],
+)
+def test_over_the_far_edge_or_where_the_picture_ends_nothing_falls(wide, at, way) -> None:
+    """Near the rear of a ledge it goes to a side only where that ends nearby, in the picture."""
+    shelf = Slab(position=(0.0, 4.0, 0.6), size=(wide, 0.4, 0.05))
+    supports = (Support(name="floor", shape=Floor()), Support(name="shelf", shape=shelf))
+    vase = ball("vase", at, 4.1, 0.725, "shelf")
+    layout = Layout(SceneState(camera=CAMERA, objects=(vase,), supports=supports))
+    edge = layout.nearest_edge("vase")
+    assert edge is not None
+    assert edge[0][:2] == pytest.approx(way)

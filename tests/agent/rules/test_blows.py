@@ -2,23 +2,28 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 
 from physagent_studio.agent.rules import RuleGenerator
 from physagent_studio.agent.rules.scene.measures import Layout
 from physagent_studio.contract import measure
 from physagent_studio.language import inventory, read
+from physagent_studio.program.actions import Directed
 from physagent_studio.program.scene.state import (
     Box,
     Click,
+    Cylinder,
     Frustum,
     Grounding,
     SceneObject,
     SceneState,
+    Sphere,
 )
 from physagent_studio.simulation import simulate
 from tests.agent.rules.everyday_scenes import EVERYDAY
-from tests.agent.rules.scenes import STAGES
+from tests.agent.rules.scenes import STAGES, Stage
 
 
 def _driven(stage_name: str, prompt: str) -> dict[str, float]:
@@ -42,6 +47,22 @@ def _driven(stage_name: str, prompt: str) -> dict[str, float]:
 )
 def test_what_is_hit_is_not_pushed_as_well(prompt: str) -> None:
     assert set(_driven("lane", prompt)) == {"bowling_ball"}
+
+
+def test_a_group_is_hit_in_its_middle() -> None:
+    """The first of three stands aside of the line to the middle of them all."""
+    spots = {"red_pin": (0.3, 3.0), "blue_pin": (0.0, 3.3), "green_pin": (0.3, 3.6)}
+    pins = {
+        name: (Cylinder(radius=0.05, height=0.3), (x, y, 0.15), "floor")
+        for name, (x, y) in spots.items()
+    }
+    stage = Stage("lawn", {"ball": (Sphere(radius=0.1), (0.0, 2.0, 0.1), "floor"), **pins})
+    prompt = "The ball rolls into the pins and they all fall."
+    program = RuleGenerator().first(stage.case(prompt), stage.reconstruct)
+    force = getattr(program.event.actions[0], "force", None)
+    assert isinstance(force, Directed)
+    aims = [math.degrees(math.atan2(x, y - 2)) for x, y in (spots[str(force.toward)], (0.2, 3.3))]
+    assert force.azimuth == pytest.approx(aims[0] - aims[1], abs=0.01)
 
 
 @pytest.mark.parametrize(

@@ -65,6 +65,13 @@ class Intent:
         return any(frame.manner & set(words) for frame in self.frames)
 
     @property
+    def together(self) -> tuple[str, ...]:
+        """Several things that it shall run into at once."""
+        struck = (f.patient for f in self.frames if self.name in f.agent)
+        into = (p.members for f in self.frames for r, p in f.places if r in ("into", "against"))
+        return next((all_ for all_ in (*struck, *into) if len(all_) > 1), ())
+
+    @property
     def needs_drive(self) -> bool:
         """Whether it has to move on its own account and not only because it is struck."""
         own = [f for f in self.frames if self.name in f.agent or not f.agent]

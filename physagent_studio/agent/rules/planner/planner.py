@@ -131,6 +131,9 @@ class RulePlanner:
             if best is not None and best.score.failing <= failing / 2:
                 return best
         idle = bool(codes & {"does_not_move", "no_cause"})
+        # Of a group that does not fall over no single number is to blame.
+        falls = {m.subject for m in situation.assessment.diagnosis if m.code == "not_toppled"}
+        idle |= len(falls) > 1
         if idle and not verified:
             found = self._restructured(situation, ways, search, bias, structural(situation))
             if found is not None:

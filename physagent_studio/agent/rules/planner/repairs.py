@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
 
 from physagent_studio.agent.roles import Situation
+from physagent_studio.agent.rules.planner.factors import bias_of
+from physagent_studio.agent.rules.planner.parameters import RANGE
 from physagent_studio.agent.rules.scene.measures import Layout
 from physagent_studio.agent.rules.schedule import actions as act
 from physagent_studio.agent.rules.schedule.paths import PATH, arc_length
@@ -18,12 +21,26 @@ from physagent_studio.program.statements import Contacts
 from physagent_studio.records import Mismatch, Rollout
 
 
+@dataclass(frozen=True, slots=True)
+class RepairSettings:
+    """How much harder a blow is tried that does not do its work."""
+
+    # ratio, 1.5..12: of its speed, gently first; each further one hands on the most of the last
+    harder_ratios: tuple[float, ...] = (2.0, 4.0, 7.0)
+    # degrees, -10..10: beside the middle of a group, through a gap of it
+    aside_deg: tuple[float, ...] = (0.0, 4.0, -4.0)
+
+
+REPAIRS = RepairSettings()
+
+
 def structural(situation: Situation) -> Iterator[tuple[Edit, ...]]:
     """Candidate repairs, the most natural first; at most a handful."""
     seen: set[str] = set()
     for mismatch in situation.assessment.diagnosis[:4]:
         found = (
-            *_held(mismatch, situation), *_added(mismatch, situation),
+            *_held(mismatch, situation), *_harder(mismatch, situation),
+            *_added(mismatch, situation),
             *_removed(mismatch, situation), *_other_arcs(mismatch, situation),
         )  # fmt: skip
         for edits in found:
@@ -96,6 +113,30 @@ def _other_arcs(mismatch: Mismatch, situation: Situation) -> Iterator[tuple[Edit
 
 def _is_aimed(action: Action) -> bool:
     return isinstance(action, ApplyForce) and getattr(action.force, "toward", None) is not None
+
+
+def _harder(mismatch: Mismatch, situation: Situation) -> Iterator[tuple[Edit, ...]]:
+    """A blow that does not fell what it shall: much harder, and a little to either side, so that a
+    group passes it on."""
+    layout, name, program = Layout(situation.program.scene), mismatch.subject, situation.program
+    driven = _driven(situation)
+    gentler = ("magnitude", -1.0) in bias_of(situation).wanted
+    if mismatch.code != "not_toppled" or not layout.has(name) or name in driven or gentler:
+        return
+    for action in program.event.actions:
+        force = getattr(action, "force", None)
+        if not isinstance(force, Directed) or force.toward is None or action.muted:
+            continue
+        if force.quantity != "target_speed" or not _struck(situation, name, driven):
+            continue
+        path = f"event.actions.{action.id}.force"
+        for factor in REPAIRS.harder_ratios:
+            speed = min(factor * force.magnitude, RANGE.max_speed_mps)
+            for aside in REPAIRS.aside_deg:
+                yield (
+                    SetField(path=f"{path}.magnitude", value=float(f"{speed:.5g}")),
+                    SetField(path=f"{path}.azimuth", value=round(force.azimuth + aside, 3)),
+                )
 
 
 def _said(mismatch: Mismatch):  # noqa: ANN202 - a Direction

@@ -233,6 +233,16 @@ def test_what_something_else_shall_knock_over_is_not_tipped_by_an_unseen_hand(
     assert not outcome(situation, proposal)
 
 
+def test_a_blow_that_fells_too_little_is_tried_much_harder() -> None:
+    def soft(program: PhysicalProgram) -> PhysicalProgram:
+        return apply(program, [SetField(path=SPEED, value=1.0)])
+
+    situation = situation_of("lane", "The bowling ball knocks over the middle pin.", soft)
+    assert "not_toppled" in {m.code for m in situation.assessment.diagnosis}
+    edits = [edit for tried in structural(situation) for edit in tried]
+    assert {4.0, 7.0} <= {getattr(e, "value", None) for e in edits if e.path == SPEED}
+
+
 @pytest.mark.slow
 def test_what_shall_be_hit_is_not_pushed_either() -> None:
     prompt = "The bowling ball hits the left pin, and the left pin touches the middle pin."

@@ -43,6 +43,22 @@ def blow(layout: Layout, intent: Intent, links: int = BLOW.max_links) -> float:
     return max((*felled, *shoved, *rolled, *onward, *over), default=0.0)
 
 
+def to_the_middle(layout: Layout, intent: Intent) -> float:
+    """Angle from the first of several things that stand together, and that it shall run into, to
+    the middle of them, degrees; 0 where it would pass between them."""
+    start, group = layout.position(intent.name), intent.together
+    if not group or group[0] != intent.hits[0] or not all(layout.has(name) for name in group):
+        return 0.0
+    places = np.array([level(layout.position(name) - start) for name in group])
+    aim, first = unit(places.mean(axis=0)), unit(places[0])
+    across = np.array([-aim[1], aim[0], 0.0])
+    own = layout.extent(intent.name, across)
+    wide = [own + layout.extent(name, across) for name in group]
+    if not np.any(np.abs(places @ across) < wide):
+        return 0.0
+    return math.degrees(math.atan2(float(np.cross(first, aim)[2]), float(first @ aim)))
+
+
 def sent_off(arrives: float, slowing: float, distance: float) -> float:
     """Speed at the start of a way against a constant deceleration that leaves `arrives`."""
     return min(math.sqrt(arrives**2 + 2 * slowing * distance), TASK.max_speed_mps)

@@ -19,7 +19,7 @@ from physagent_studio.agent.rules.scene.measures import (
 )
 from physagent_studio.agent.rules.schedule import actions as act
 from physagent_studio.agent.rules.schedule.paths import arc_length, clearance, free_turn
-from physagent_studio.agent.rules.schedule.scripts.blows import blow, sent_off
+from physagent_studio.agent.rules.schedule.scripts.blows import blow, sent_off, to_the_middle
 from physagent_studio.agent.rules.schedule.scripts.task import TASK, Task
 from physagent_studio.knowledge import kind_of
 from physagent_studio.language import Place
@@ -38,8 +38,7 @@ class GroundSettings:
     carried_share: float = 0.75  # 0.4..0.9: of the clip, for which what is carried along moves
     starting_share: float = 0.2  # 0.05..0.5: of its time, in which what goes on has its speed
     max_out_sizes: float = 40.0  # own sizes, 10..100: to leave the picture; farther, it stays in it
-    # 0.2..1: over that of a fall by half its size: a heap collapses on the spot
-    heap_speed_ratio: float = 0.5
+    heap_speed_ratio: float = 0.5  # 0.2..1: over that of a fall by half its size: on the spot
     # ratio, 0.02..0.15: below which a thing goes on, as a stone on ice does
     max_glide_friction: float = 0.08
     # cosine, 0.9..1: of what lies ahead of wheels, within 15 degrees
@@ -97,8 +96,8 @@ def _is_shoved(task: Task, target: Place | None) -> bool:
     sliding = not task.layout.rolls(task.name)
     sent = task.intent.has("kick", "throw", "hit", "strike", "slip") or bool(task.intent.struck_by)
     glides = task.ground_friction() < GROUND.max_glide_friction
-    rigid = (item := task.layout.state.object(task.name)) is not None and item.body.kind == "rigid"
-    return sliding and rigid and not sent and not glides
+    item = task.layout.state.object(task.name)
+    return sliding and bool(item and item.body.kind == "rigid") and not sent and not glides
 
 
 def _is_carried(task: Task, target: Place | None) -> bool:
@@ -233,7 +232,8 @@ def _aimed(task: Task, target: Place | None, speed: float) -> Directed:
     if down is not None and way in (None, "down") and not task.intent.hits:
         return act.toward_or_along(speed, vector=unit(down))
     if target is not None and (way is None or task.intent.hits or target.kind == "landmark"):
-        return act.toward_or_along(speed, toward=place_name(target))
+        aside = to_the_middle(task.layout, task.intent)
+        return act.toward_or_along(speed, toward=place_name(target), azimuth=aside)
     return act.toward_or_along(speed, way=way or _open_way(task))
 
 
@@ -243,7 +243,7 @@ def _heading(task: Task) -> FloatArray:
     target, way = task.target(), task.way() or _open_way(task)
     if target is None or way in (task.way(),):
         return WAYS[way]
-    return unit(level(task.layout.position(place_name(target)) - task.layout.position(task.name)))
+    return task.way_onto(place_name(target))
 
 
 def _beside(task: Task, other: str) -> float:

@@ -21,7 +21,7 @@ from physagent_studio.contract.track import (
 from physagent_studio.program import statements
 from physagent_studio.program.base import DIRECTIONS
 
-BACK = 0.2
+BACK = 0.5
 """Own sizes that a thing goes back, from which on it is seen to turn back."""
 KICK = 15.0
 """A turn of more than this many degrees within one step is an impact and not a bend."""
@@ -248,7 +248,7 @@ def _smoothed(values: FloatArray, reach: int) -> FloatArray:
 
 def reverses(statement: statements.Reverses, facts: Facts, window: Window) -> Outcome:
     """Greatest angle between an earlier and a later horizontal heading, both really travelled: the
-    later one for a fifth of its size at least, as less is not seen.
+    later one for half of its size at least, as less is not seen.
 
     With `times` more than one: how often it so turns against the heading it had taken since.
     """

@@ -43,7 +43,7 @@ ORDER: dict[str, tuple[str, ...]] = {
     "wrong_speed": ("magnitude", "duration", "friction"),
     "path_too_straight": ("magnitude", "duration", "direction"),
     "path_too_bent": ("magnitude", "direction"),
-    "not_reversed": ("magnitude", "direction", "restitution", "density", "duration"),
+    "not_reversed": ("restitution", "magnitude", "direction", "density", "duration"),
     "too_fast": ("magnitude", "friction", "rolling", "duration"),
     "not_deformed": ("material", "density", "magnitude"),
     "not_broken": ("material", "density", "magnitude"),

@@ -130,7 +130,7 @@ class RulePlanner:
             best, failing = search.best, search.start().score.failing
             if best is not None and best.score.failing <= failing / 2:
                 return best
-        idle = bool(codes & {"does_not_move", "no_cause"})
+        idle = bool(codes & {"does_not_move", "no_cause", "not_reversed"})
         # Of a group that does not fall over no single number is to blame.
         falls = {m.subject for m in situation.assessment.diagnosis if m.code == "not_toppled"}
         idle |= len(falls) > 1

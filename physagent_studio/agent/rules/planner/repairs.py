@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 
@@ -17,6 +18,7 @@ from physagent_studio.agent.rules.schedule.paths import PATH, arc_length
 from physagent_studio.program.actions import Action, ApplyAngledForce, ApplyForce, Directed
 from physagent_studio.program.base import free_name
 from physagent_studio.program.edits import AddItem, Edit, RemoveItem, SetField
+from physagent_studio.program.scene.materials import touch_of
 from physagent_studio.program.statements import Contacts
 from physagent_studio.records import Mismatch, Rollout
 
@@ -29,6 +31,9 @@ class RepairSettings:
     harder_ratios: tuple[float, ...] = (2.0, 4.0, 7.0)
     # degrees, -10..10: beside the middle of a group, through a gap of it
     aside_deg: tuple[float, ...] = (0.0, 4.0, -4.0)
+    # ratio, 0.5..0.95: bounciness of what shall come back from what it meets, and of both
+    bouncy_ratios: tuple[float, ...] = (0.7, 0.9)
+    bouncing_ratios: tuple[float, ...] = (1.0, 2.0, 4.0, 8.0)  # ratio, 1..12: faster with that
 
 
 REPAIRS = RepairSettings()
@@ -40,7 +45,7 @@ def structural(situation: Situation) -> Iterator[tuple[Edit, ...]]:
     for mismatch in situation.assessment.diagnosis[:4]:
         found = (
             *_held(mismatch, situation), *_harder(mismatch, situation),
-            *_added(mismatch, situation),
+            *_bouncier(mismatch, situation), *_added(mismatch, situation),
             *_removed(mismatch, situation), *_other_arcs(mismatch, situation),
         )  # fmt: skip
         for edits in found:
@@ -137,6 +142,33 @@ def _harder(mismatch: Mismatch, situation: Situation) -> Iterator[tuple[Edit, ..
                     SetField(path=f"{path}.magnitude", value=float(f"{speed:.5g}")),
                     SetField(path=f"{path}.azimuth", value=round(force.azimuth + aside, 3)),
                 )
+
+
+def _bouncier(mismatch: Mismatch, situation: Situation) -> Iterator[tuple[Edit, ...]]:
+    """What meets a thing and does not come back from it: both give back more of the blow, which
+    may have to be faster for the way back to be seen."""
+    name, program = mismatch.subject, situation.program
+    if mismatch.code != "not_reversed":
+        return
+    met = [s.other for s in program.contract.statements
+           if isinstance(s, Contacts) and s.subject == name and not s.negated]  # fmt: skip
+    bodies = [item for item in program.scene.objects if item.name in (name, *met)]
+    pushes = [a for a in program.event.actions if a.name == name and not a.muted]
+    forces = [(a, f) for a in pushes if isinstance(f := getattr(a, "force", None), Directed)]
+    aimed = [(a, f) for a, f in forces if f.quantity == "target_speed"]
+    for ratio, faster in product(REPAIRS.bouncy_ratios, REPAIRS.bouncing_ratios):
+        softer = [b for b in bodies if touch_of(b).restitution < ratio]
+        yield (
+            *(SetField(path=f"scene.objects.{b.name}.restitution", value=ratio) for b in softer),
+            *(
+                SetField(
+                    path=f"event.actions.{a.id}.force.magnitude",
+                    value=float(f"{min(faster * f.magnitude, RANGE.max_speed_mps):.5g}"),
+                )
+                for a, f in aimed
+                if faster > 1
+            ),
+        )
 
 
 def _said(mismatch: Mismatch):  # noqa: ANN202 - a Direction

@@ -243,6 +243,16 @@ def test_a_blow_that_fells_too_little_is_tried_much_harder() -> None:
     assert {4.0, 7.0} <= {getattr(e, "value", None) for e in edits if e.path == SPEED}
 
 
+def test_what_does_not_come_back_is_tried_bouncier_and_faster() -> None:
+    situation = situation_of("lane", "The bowling ball hits the middle pin and bounces back.")
+    assert "not_reversed" in {m.code for m in situation.assessment.diagnosis}
+    paths = [{edit.path for edit in tried if isinstance(edit, SetField)}
+             for tried in structural(situation)]  # fmt: skip
+    both = {f"scene.objects.{name}.restitution" for name in ("bowling_ball", "middle_pin")}
+    assert both in paths
+    assert both | {SPEED} in paths
+
+
 @pytest.mark.slow
 def test_what_shall_be_hit_is_not_pushed_either() -> None:
     prompt = "The bowling ball hits the left pin, and the left pin touches the middle pin."

@@ -284,7 +284,7 @@ def _inflated_form(camera: Camera, mask: BoolArray, base: Base, usual: Usual) ->
     straight = (
         at_work("straight inflated")
         and usual.depth is not None
-        and depth > FORM.min_straight_ratio * natural
+        and (usual.drives or depth > FORM.min_straight_ratio * natural)
     )
     extent = upright_extent(mask, camera, depth, straight)
     share = extent[1] / max(extent[0], 1e-9)

@@ -95,3 +95,17 @@ def test_the_body_of_a_disc_is_a_ball_up_to_its_outline(radius):
     rim = ratio[upper & (off > 0.97 * radius)]
     assert rim.mean() == pytest.approx(1, abs=0.05)
     assert rim.std() < 0.1
+
+
+@pytest.mark.parametrize(("name", "straight"), [("toy_lorry", True), ("figurine", False)])
+def test_what_drives_is_cut_straight_through_and_stands_on_its_sides(name, straight):
+    """However high its body is: one that bellies rolls over at the first bump."""
+    camera = Camera.from_horizon((640, 480), 100, 1.0, focal=600.0)
+    mask = _upright_thing(camera, lambda c: cv2.rectangle(c, (250, 240), (410, 360), 1, -1))
+    spot = on_plane(camera, [foot_of(mask)], 0.0)[0]
+    base = Base(float(spot[0]), float(spot[1]), 0.0, 1.0)
+    form = next(
+        f for f in forms(camera, mask, base, usual_size(name), "inflated") if f.kind == "inflated"
+    )
+    assert isinstance(form.shape, Inflated)
+    assert form.shape.straight is straight

@@ -35,6 +35,8 @@ class BearerSettings:
     # 0.4..0.9: of the box of what is seen whole, from above: lower down are its legs and the floor
     max_foot_share: float = 0.6
     wide_ratio: float = 2.5  # 1.5..5: of a block's width over what stands on it: it is its ground
+    # share, 0.1..0.8: of a thing's height, up to which it is seen before the top of a wall
+    max_sunk_share: float = 0.5
     prop_share: float = 0.15  # 0.05..0.3: of a slope's box, from below: what props it ends there
 
 
@@ -96,6 +98,8 @@ def _support(
     """The support that a marked thing is in the picture; None for a thing."""
     rows = image.shape[0]
     kind = kind_of(name)
+    if kind is not None and kind.support == "wall":
+        return _topped(name, marks, reading)
     if kind is None or not (_is_surface(name) or (kind.top and _is_wide(name, marks, rows))):
         return None
     if any(name in frame.patient and frame.sense not in _STILL for frame in reading.frames):
@@ -115,6 +119,28 @@ def _support(
     if support_kind(name) == "slab" and not (tilts or is_solid(name)):
         grounding = _with_top(grounding, marks[name].box, feet, image)
     return Support(name=f"{name}_ramp" if tilts else name, grounding=grounding)
+
+
+def _topped(name: str, marks: Mapping[str, Grounding], reading: Reading) -> Support | None:
+    """The top of a wall, where things are seen to stand on it and to stick out above it: as deep
+    as they need it: of a top seen nearly edge-on the front edge is not told from a joint."""
+    box, feet, lowest = marks[name].box, list[Pixel](), 0.0
+    if box is None or any(name in f.patient and f.sense not in _STILL for f in reading.frames):
+        return None
+    for other, said in marks.items():
+        if other == name or said.box is None:
+            continue
+        left, top, right, bottom = said.box
+        sunk = (bottom - box[1]) / (bottom - top)
+        if top < box[1] and 0 <= sunk < BEARER.max_sunk_share and left < box[2] and right > box[0]:
+            feet.append(((left + right) / 2, bottom))
+            lowest = max(lowest, bottom + BEARER.below_foot_share * (bottom - top))
+    if not feet:
+        return None
+    corners = ((box[0], lowest), (box[2], lowest), (box[2], box[1]), (box[0], box[1]))
+    points = tuple(Click(x=x, y=y) for x, y in feet[: BEARER.max_click_count])
+    top = tuple(Mark(role="top", x=x, y=y) for x, y in corners)
+    return Support(name=f"{name}_ledge", grounding=Grounding(points=points, box=box, marks=top))
 
 
 def _feet_on(

@@ -75,6 +75,15 @@ def test_stacks_are_read_from_masks():
     assert stances["low"].foot == (90.0, 130.0)
 
 
+@pytest.mark.parametrize(("right", "on"), [(115, "left"), (160, None)])
+def test_what_straddles_two_side_by_side_stands_on_one_of_them(right, on):
+    masks = {name: np.zeros((200, 200), bool) for name in ("top", "left", "right")}
+    masks["top"][40:80, 70:140] = True
+    masks["left"][80:130, 40:100] = True
+    masks["right"][80:130, right : right + 60] = True
+    assert read(masks)["top"].on == on
+
+
 def test_what_is_behind_something_does_not_stand_on_it():
     masks = {name: np.zeros((200, 200), bool) for name in ("behind", "front")}
     masks["behind"][20:100, 60:120] = True

@@ -72,3 +72,21 @@ def test_a_surface_alone_stays_a_thing():
     )
     said = "The ball rolls down the ramp."
     assert _names(with_supports(_case(said, ramp=(1, 1, 99, 99)))) == (["ramp"], [])
+
+
+TINS = {"left_tin": (277, 93, 349, 190), "right_tin": (353, 94, 426, 190)}
+
+
+@pytest.mark.parametrize("bottom", [500, 190])
+def test_things_on_a_wall_stand_on_its_top_whether_its_front_is_marked_too(bottom):
+    said = "The left tin falls off the wall."
+    case = with_supports(_case(said, **TINS, wall=(0, 157, 900, bottom)))
+    assert _names(case) == (["left_tin", "right_tin"], ["wall_ledge"])
+    rows = [mark.y for mark in case.supports[0].grounding.marks]
+    assert rows[2:] == [157, 157]
+    assert 190 < rows[0] == rows[1] < 200
+
+
+def test_what_stands_before_a_wall_does_not_stand_on_it():
+    boxes = {"tin": (277, 393, 349, 490), "wall": (0, 157, 900, 420)}
+    assert _names(with_supports(_case("The tin falls over.", **boxes)))[1] == []

@@ -131,7 +131,8 @@ def _directly_below(name: str, mask: BoolArray, masks: Mapping[str, BoolArray]) 
     columns, rows = _lower_edge(mask)
     x0, y0, x1, y1 = bounds(mask)
     reach = max(4, round(0.05 * (y1 - y0)))
-    best: tuple[float, str] | None = None
+    middle, least_share = (x0 + x1) / 2, 0.3
+    found: list[tuple[float, str, float]] = []
     for other, below in masks.items():
         if other == name or not below.any():
             continue
@@ -142,15 +143,15 @@ def _directly_below(name: str, mask: BoolArray, masks: Mapping[str, BoolArray]) 
         share = float(np.mean(np.any(beneath, axis=0)))
         # What stands in front of a thing also ends it below, but reaches far up beside it.
         deep = (y1 - oy0) / max(oy1 - oy0, 1)
-        centred = ox0 <= (x0 + x1) / 2 <= ox1
-        if (
-            share > 0.3
-            and (deep < 0.5 or (deep < 1 and _is_notched(mask, below)))
-            and centred
-            and oy1 > y1
-            and (best is None or share > best[0])
-        ):
-            best = (share, other)
+        off = min(ox1 - middle, 0.0) + max(ox0 - middle, 0.0)
+        if (deep < 0.5 or (deep < 1 and _is_notched(mask, below))) and oy1 > y1:
+            found.append((share, other, off))
+    best = max((one for one in found if one[0] > least_share and not one[2]), default=None)
+    if best is None:
+        # It may stand on two that are side by side, one foot on each.
+        sides = [max((o for o in found if o[2] * way > 0), default=None) for way in (-1, 1)]
+        pair = [one for one in sides if one is not None and one[0] > least_share / 2]
+        best = max(pair) if len(pair) == 2 else None
     return best[1] if best else None
 
 

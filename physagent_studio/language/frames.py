@@ -100,6 +100,12 @@ class EventFrame:
         """Whether a number of the patients is a limit."""
         return self.least > 0 or self.most is not None
 
+    @property
+    def lies_down(self) -> bool:
+        """ "Falls onto its side": where it stands, and off nothing."""
+        lying = self.posture in ("side", "supine", "prone")
+        return lying and self.sense == "fall" and self.place("off", "from", "on") is None
+
     def place(self, *relations: str) -> Place | None:
         """The first place in one of these relations."""
         return next((place for relation, place in self.places if relation in relations), None)

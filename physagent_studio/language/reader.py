@@ -10,9 +10,10 @@ from physagent_studio.knowledge import kind_of
 from physagent_studio.language.frames import EventFrame, ReadClause, Reading
 from physagent_studio.language.reference.names import Resolved, resolve_objects
 from physagent_studio.language.reference.stock import Inventory
+from physagent_studio.language.semantics.details import Details, knocked_over
 from physagent_studio.language.semantics.implied import with_blows
 from physagent_studio.language.semantics.meanings import Meanings, reverses_to
-from physagent_studio.language.semantics.modifiers import Details, details_of
+from physagent_studio.language.semantics.modifiers import details_of
 from physagent_studio.language.semantics.places import extent_of
 from physagent_studio.language.syntax.chunker import Chunker
 from physagent_studio.language.syntax.clauses import RawClause, split
@@ -184,12 +185,13 @@ class _Reader(Meanings):
         sense, kind, objects = self._sense(clause)
         objects = tuple(self._said_before(phrase) for phrase in objects)
         details = details_of(clause, objects, self.stock, self.talk, self.unknown, sense)
+        named = (phrase for _, phrase in clause.places)
         frame = EventFrame(
-            sense,
+            knocked_over(sense, details),
             clause_id,
             **{name: getattr(details, name) for name in _AS_SAID},
             cause=cause or details.cause or self.pending_cause,
-            only=any(p.only for p in (*clause.subjects, *clause.objects, *_named(clause)))
+            only=any(p.only for p in (*clause.subjects, *clause.objects, *named))
             or (bool(objects) and "only" in clause.adverbs)
             or details.only,
             direction=details.direction or self.pending_way,  # type: ignore[arg-type]
@@ -300,10 +302,6 @@ _AS_SAID = (
 _COUNTED = {2: "twice", 3: "thrice"}
 COUNTABLE = ("flip", "spin", "rotate", "turn", "turn_around", "bounce", "reverse", "sway")
 """Senses of which it can be measured how often they happen."""
-
-
-def _named(clause: RawClause) -> tuple[NounPhrase, ...]:
-    return tuple(phrase for _, phrase in clause.places)
 
 
 def _posture(clause: RawClause, sense: str, details: Details) -> str:

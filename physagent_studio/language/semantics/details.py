@@ -75,6 +75,12 @@ class Details:
         return tuple(found)
 
 
+def knocked_over(sense: str, details: Details) -> str:
+    """ "Is knocked onto its side" is knocked over."""
+    acts = sense in ("push", "pull", "kick", "knock", "hit", "blow")
+    return "knock_over" if acts and details.posture in ("side", "supine", "prone") else sense
+
+
 def take_measure(phrase: NounPhrase, details: Details) -> None:
     """ "Slides 20 cm to the left", "at 2 m/s", "by 90 degrees": a number with its unit."""
     if phrase.head == "time" and phrase.number:

@@ -10,7 +10,7 @@ from physagent_studio.agent.rules.schedule import actions as act
 from physagent_studio.agent.rules.schedule import scripts
 from physagent_studio.agent.rules.schedule.ramps import down_ramp
 from physagent_studio.agent.rules.schedule.scripts import Task
-from physagent_studio.language import EDGES
+from physagent_studio.language import EDGES, EventFrame
 from physagent_studio.language.tokens.vocabulary import words_of
 from physagent_studio.program.actions import Action
 from physagent_studio.program.scene.aloft import in_air
@@ -140,10 +140,14 @@ def _leaves_support(task: Task) -> bool:
         off.kind == "group" or off.name in (carrier, layout.base(task.name))
     )
     on_ramp = layout.downhill(task.name) is not None
-    falls = intent.has("fall", "slip") and not on_ramp
+    falls = any(_drops(frame) for frame in intent.frames) and not on_ramp
     # Of a stack that collapses, what stands on others comes off them.
     falls |= intent.has("collapse") and layout.state.object(carrier) is not None
     return named or over_edge or falls
+
+
+def _drops(frame: EventFrame) -> bool:
+    return frame.sense in ("fall", "slip") and not frame.lies_down
 
 
 def _by_sense(task: Task) -> Script:
@@ -258,9 +262,11 @@ def _bounces_first(task: Task) -> bool:
 
 
 def _can_only_topple(task: Task) -> bool:
-    """ "The pins fall": what stands on the ground and is no ball."""
+    """ "The pins fall", "falls onto its side": what stands on the ground, or is told to end so,
+    and is no ball."""
     layout = task.layout
-    return not layout.is_raised(task.name) and not layout.rolls(task.name)
+    lies = any(frame.lies_down for frame in task.intent.frames)
+    return (lies or not layout.is_raised(task.name)) and not layout.rolls(task.name)
 
 
 _GROUND = tuple(

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from physagent_studio.agent.rules.contract.senses.common import (
+    gone_over,
     hit_as_one,
+    lies_on_its_side,
     siblings,
     sideways_fall,
     struck_before,
@@ -98,9 +100,9 @@ def knock_over(c: Context) -> list[Spec]:
         return [*touch(c), *collapse(c), *sideways_fall(c)]
     if any(c.layout.carrier(name) in c.frame.patient for name in c.frame.patient):
         return [*touch_one(c), *collapse(c)]
-    over = spec("topples", c.subject, tilt=45.0)
+    over = gone_over(c)
     if c.frame.agent and len(c.frame.patient) > 1:
         return [*struck_or_passed_on(c, over), *siblings(c), *sideways_fall(c)]
     struck = touch(c) or struck_before(c)
-    found = [*touch(c), over, *siblings(c), *sideways_fall(c)]
+    found = [*touch(c), over, *lies_on_its_side(c), *siblings(c), *sideways_fall(c)]
     return [*found, before(struck[0], over)] if struck else found

@@ -157,6 +157,18 @@ def touch(c: Context) -> list[Spec]:
     return [any_of(*(spec("contacts", a, other=c.subject) for a in agents))]
 
 
+def gone_over(c: Context) -> Spec:
+    """It falls over, as far as it has to for the posture in which it ends."""
+    lying = c.frame.posture in ("side", "supine", "prone")
+    return spec("topples", c.subject, tilt=POSTURE.side_deg if lying else 45.0)
+
+
+def lies_on_its_side(c: Context) -> list[Spec]:
+    """ "Onto its side", and not upside down."""
+    on_side = c.frame.posture == "side"
+    return [spec("topples", c.subject, tilt=135.0, negated=True)] if on_side else []
+
+
 def sideways_fall(c: Context) -> list[Spec]:
     """ "Topples to the left": its middle goes there."""
     frame = c.frame

@@ -11,6 +11,8 @@ from physagent_studio.agent.rules.contract.senses.common import (
     keeps_standing,
     least_along,
     manner,
+    posture,
+    rolls,
     struck_before,
     travel,
 )
@@ -161,7 +163,7 @@ def fall(c: Context) -> list[Spec]:
     if off is None and _carried_by_its_own(c):
         # Of a stack that comes down, what is at the bottom need not fall.
         return []
-    if off is None and _only_topples(c):
+    if off is None and (_only_topples(c) or _lies_down(c)):
         return topple(c)
     # What was lifted comes down by less than what stood high to begin with.
     least = 0.015 if raised and stands else 0.03
@@ -180,7 +182,8 @@ def fall(c: Context) -> list[Spec]:
     if told == "flip":
         found += _flipped_first(c, found[0])
     struck = [before(blow, found[0]) for blow in struck_before(c)[:1]]
-    return [*found, *along(c), *manner(c), *struck, *_once_there(c, found[0])]
+    lies = posture(c) if c.frame.posture in ("side", "supine", "prone") else []
+    return [*found, *along(c), *manner(c), *struck, *_once_there(c, found[0]), *lies]
 
 
 def _drop_off(c: Context, off: Place | None) -> float | None:
@@ -197,6 +200,12 @@ def _only_topples(c: Context) -> bool:
     """Whether it stands on the ground, was not lifted off it and is no ball."""
     stands = c.layout.has(c.subject) and not c.layout.is_raised(c.subject)
     return stands and not was_raised(c) and not c.layout.rolls(c.subject)
+
+
+def _lies_down(c: Context) -> bool:
+    """ "The cup falls onto its side": on the table, where nothing had lifted it off."""
+    stands = c.layout.carrier(c.subject) is not None and not was_raised(c)
+    return c.frame.lies_down and stands and not rolls(c)
 
 
 def _carried_by_its_own(c: Context) -> bool:

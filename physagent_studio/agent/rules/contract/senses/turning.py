@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from physagent_studio.agent.rules.contract.senses.common import (
-    POSTURE,
     arrival,
+    gone_over,
+    lies_on_its_side,
     posture,
     siblings,
     sideways_fall,
@@ -20,12 +21,8 @@ def topple(c: Context) -> list[Spec]:
     """Falls over, onto its side where that is said."""
     if c.layout.rolls(c.subject):
         return [spec("moves", c.subject, distance=c.length(0.5, 0.02, 0.2))]
-    tilt = POSTURE.side_deg if c.frame.posture == "side" else 45.0
-    over = spec("topples", c.subject, tilt=tilt)
-    found = [over]
-    if c.frame.posture == "side":
-        found.append(spec("topples", c.subject, tilt=135.0, negated=True))
-    found += sideways_fall(c)
+    over = gone_over(c)
+    found = [over, *lies_on_its_side(c), *sideways_fall(c)]
     if c.frame.agent and len(c.frame.patient) > 1:
         # "The first domino topples the others": one of them, which topples the next.
         found += [one for one in struck_or_passed_on(c, over) if one is not over]

@@ -1,0 +1,89 @@
+"""Sentences of people who saw the program for the first time, and what each demands."""
+
+from __future__ import annotations
+
+import pytest
+
+from physagent_studio.agent.rules import RuleGenerator
+from physagent_studio.contract.words import claim
+from physagent_studio.program import PhysicalProgram
+from physagent_studio.program.scene.state import Box, Cylinder, Sphere
+from tests.agent.rules.everyday_scenes import EVERYDAY
+from tests.agent.rules.scenes import STAGES, Stage
+from tests.agent.rules.varied_scenes import VARIED
+
+_OWN = (
+    Stage("picnic", {
+        "lemon": (Sphere(radius=0.035), (-0.5, 2.4, 0.035), "floor"),
+        "orange": (Sphere(radius=0.04), (-0.2, 2.2, 0.04), "floor"),
+        "basket": (Cylinder(radius=0.15, height=0.2), (0.3, 2.6, 0.1), "floor"),
+    }),
+    Stage("lawn", {
+        "wooden_ball": (Sphere(radius=0.1), (-0.8, 2.2, 0.1), "floor"),
+        "front_skittle": (Cylinder(radius=0.05, height=0.3), (0.6, 2.5, 0.15), "floor"),
+        "left_skittle": (Cylinder(radius=0.05, height=0.3), (0.4, 2.8, 0.15), "floor"),
+        "right_skittle": (Cylinder(radius=0.05, height=0.3), (0.8, 2.8, 0.15), "floor"),
+    }),
+    Stage("nursery", {
+        "pig": (Box(size=(0.2, 0.1, 0.15)), (-0.3, 2.5, 0.075), "floor"),
+        "cork_box": (Box(size=(0.2, 0.15, 0.1)), (0.25, 2.5, 0.05), "floor"),
+        "green_marble": (Sphere(radius=0.01), (0.05, 2.4, 0.01), "floor"),
+        "chair": (Box(size=(0.45, 0.45, 0.9)), (0.7, 3.4, 0.45), "floor"),
+    }),
+)  # fmt: skip
+PLACES = {**STAGES, **EVERYDAY, **VARIED, **{stage.name: stage for stage in _OWN}}
+
+
+def first(place: str, prompt: str) -> PhysicalProgram:
+    """The first program of a sentence over a scene."""
+    stage = PLACES[place]
+    return RuleGenerator().first(stage.case(prompt), stage.reconstruct)
+
+
+def claims(program: PhysicalProgram) -> list[str]:
+    """What its contract demands, without the parts of other demands."""
+    contract = program.contract
+    return [claim(s, program) for s in contract.statements if s.id not in contract.serving]
+
+
+def unread(program: PhysicalProgram) -> list[str]:
+    """What is said to be not understood or untested."""
+    contract = program.contract
+    return [*contract.not_understood, *(clause.text for clause in contract.untested)]
+
+
+@pytest.mark.parametrize(
+    ("place", "prompt", "demands"),
+    [
+        (
+            "picnic",
+            "The basket gets knocked onto its side.",
+            ["basket topples", "basket does not topple"],
+        ),
+        (
+            "picnic",
+            "A gust blows the basket onto its side.",
+            ["basket topples", "basket does not topple"],
+        ),
+        (
+            "picnic",
+            "Someone pushes the basket onto its back.",
+            ["basket topples", "basket moves away from the camera"],
+        ),
+        ("kitchen", "The mug falls onto its side.", ["mug topples", "mug does not topple"]),
+        (
+            "kitchen",
+            "The mug falls off the table onto its side.",
+            ["mug falls", "mug leaves table for good", "mug topples"],
+        ),
+    ],
+)
+def test_what_is_demanded(place: str, prompt: str, demands: list[str]) -> None:
+    program = first(place, prompt)
+    assert claims(program) == demands
+    assert not unread(program)
+
+
+def test_what_falls_onto_its_side_on_a_table_is_tipped_there() -> None:
+    (action,) = first("kitchen", "The mug falls onto its side.").event.actions
+    assert action.id == "tip_mug"

@@ -84,6 +84,15 @@ def test_what_straddles_two_side_by_side_stands_on_one_of_them(right, on):
     assert read(masks)["top"].on == on
 
 
+def test_the_top_of_a_pyramid_stands_on_one_of_two_with_its_middle_between_them():
+    masks = {name: np.zeros((200, 200), bool) for name in ("top", "left", "right")}
+    masks["top"][40:80, 62:102] = True
+    masks["left"][80:120, 40:80] = True
+    masks["right"][80:120, 84:124] = True
+    assert read(masks)["top"].on in ("left", "right")
+    assert read({name: masks[name] for name in ("top", "left")})["top"].on is None
+
+
 def test_what_is_behind_something_does_not_stand_on_it():
     masks = {name: np.zeros((200, 200), bool) for name in ("behind", "front")}
     masks["behind"][20:100, 60:120] = True

@@ -124,7 +124,10 @@ def _side_said(phrase: NounPhrase) -> Way | None:
 
 
 def _tells_apart(side: Way, phrase: NounPhrase, stock: Inventory) -> bool:
-    """Whether a side picks one of several things rather than a way: "off the left table"."""
+    """Whether a side picks one of several things rather than a way: "off the left table", "over
+    the left one"."""
+    if phrase.head in ("one", "ones") or phrase.head in v.OTHERS:
+        return True
     alike = [t for t in (*stock.objects, *stock.supports) if phrase.head in t.words]
     return len(alike) > 1 or any(v.SIDES.get(word) == side for t in alike for word in t.words)
 

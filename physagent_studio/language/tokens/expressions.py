@@ -26,6 +26,9 @@ _PLAIN = {
     "closely infront": "right in front of|just in front of",
     "hits": "rear ends",
     "around the": "round the",
+    "knocks over": "bowls over|mows down",
+    "knocked over": "bowled over|mowed down|mown down",
+    "knocking over": "bowling over|mowing down",
     "after": "only after|right after|just after|shortly after",
     "to": "over to|in order to",
     "up leftwards": "up to the left|high to the left",
@@ -153,6 +156,8 @@ ADVERBIAL = words_of(
     "from_behind from_above from_below"
 )
 
+_KNOCKED = ("knocks over", "knocked over", "knocking over")
+
 
 def join_fixed(
     tokens: Sequence[Token], names: Iterable[tuple[str, ...]], nouns: Collection[str] = ()
@@ -173,6 +178,9 @@ def join_fixed(
             after = tokens[index + len(words) : index + len(words) + 1]
             aside = one in ("leftwards", "rightwards", *COUNTED_FROM)
             if aside and after and singular(after[0].text) in nouns:
+                continue
+            if one in _KNOCKED and singular(words[0]) in nouns:
+                # "Pushes the bowls over the edge".
                 continue
             if words == ("over", "to") and index and _goes_over(tokens[index - 1].text):
                 continue

@@ -76,6 +76,26 @@ def unread(program: PhysicalProgram) -> list[str]:
             "The mug falls off the table onto its side.",
             ["mug falls", "mug leaves table for good", "mug topples"],
         ),
+        (
+            "lawn",
+            "The left skittle is bowled over by the wooden ball.",
+            [
+                "wooden_ball touches left_skittle",
+                "left_skittle topples",
+                "wooden_ball touches left_skittle, before left_skittle topples",
+            ],
+        ),
+        (
+            "lawn",
+            "The wooden ball rolls past the front skittle and the left one.",
+            [
+                "wooden_ball moves",
+                "wooden_ball passes by front_skittle",
+                "wooden_ball passes by left_skittle",
+                "wooden_ball turns",
+                "wooden_ball does not fly free of any contact",
+            ],
+        ),
     ],
 )
 def test_what_is_demanded(place: str, prompt: str, demands: list[str]) -> None:
@@ -87,3 +107,11 @@ def test_what_is_demanded(place: str, prompt: str, demands: list[str]) -> None:
 def test_what_falls_onto_its_side_on_a_table_is_tipped_there() -> None:
     (action,) = first("kitchen", "The mug falls onto its side.").event.actions
     assert action.id == "tip_mug"
+
+
+def test_both_that_are_bowled_over_fall() -> None:
+    told = "The wooden ball rolls off and bowls over the front skittle and the left one."
+    contract = first("lawn", told).contract
+    over = {s.subject for s in contract.statements if s.kind == "topples"}
+    assert over == {"front_skittle", "left_skittle"}
+    assert not unread(first("fruit_bowl", "Someone pushes the bowl over the edge of the table."))

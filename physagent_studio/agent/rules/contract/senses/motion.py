@@ -340,8 +340,8 @@ def bounce(c: Context) -> list[Spec]:
     """Touches something and is free again; "bounces back" from what it hit."""
     struck = [f.patient[0] for f in c.earlier if f.sense == "hit" and c.subject in f.agent]
     if c.frame.direction == "backward" and struck:
-        hit = spec("contacts", c.subject, other=struck[-1])
-        return [hit, spec("reverses", c.subject, angle=90.0)]
+        # That it touches it is demanded where it is told.
+        return [spec("reverses", c.subject, angle=90.0)]
     if c.frame.place("down") and descents(c.layout, c.subject):
         return [*downstairs(c), spec("airborne", c.subject, seconds=0.1)]
     inside = c.frame.place("in", "into")

@@ -10,7 +10,12 @@ from physagent_studio.language.tokens.tokens import (
     singular,
     verb_base,
 )
-from physagent_studio.language.tokens.vocabulary import COMBINED, COUNTED_FROM, words_of
+from physagent_studio.language.tokens.vocabulary import (
+    COMBINED,
+    COUNTED_FROM,
+    DETERMINERS,
+    words_of,
+)
 
 _PLAIN = {
     "infront": "in front of",
@@ -89,7 +94,7 @@ _PLAIN = {
     "km/h": "kilometers per hour|kilometres per hour",
     "halfway": "half way|half of the way",
     "alltheway": "all the way|the whole way",
-    "rhythmically": "back and forth|to and fro|side to side|from side to side",
+    "rhythmically": "back and forth|to and fro|side to side|from side to side|up and down",
     "successively": "one after the other|one after another|one by one|in sequence|in succession|"
     "in turn|in order",
     "simultaneously": "at the same time",
@@ -176,15 +181,8 @@ def join_fixed(
         for words, one in table:
             part = tokens[index : index + len(words)]
             after = tokens[index + len(words) : index + len(words) + 1]
-            aside = one in ("leftwards", "rightwards", *COUNTED_FROM)
-            if aside and after and singular(after[0].text) in nouns:
-                continue
-            if one in _KNOCKED and singular(words[0]) in nouns:
-                # "Pushes the bowls over the edge".
-                continue
-            if words == ("over", "to") and index and _goes_over(tokens[index - 1].text):
-                continue
-            if len(part) == len(words) and _same(part, words, one):
+            told = len(part) == len(words) and _same(part, words, one)
+            if told and not _is_literal(words, one, tokens[max(index - 1, 0)], after, nouns):
                 joined += [Token(word, part[0].start, part[-1].end) for word in one.split()]
                 index += len(words)
                 break
@@ -192,6 +190,29 @@ def join_fixed(
             joined.append(tokens[index])
             index += 1
     return tuple(joined)
+
+
+def _is_literal(
+    words: tuple[str, ...],
+    one: str,
+    before: Token,
+    following: Sequence[Token],
+    nouns: Collection[str],
+) -> bool:
+    """Whether the words of an expression mean what they say where they stand."""
+    after = following[0].text if following else "."
+    if one in ("leftwards", "rightwards", *COUNTED_FROM):
+        return singular(after) in nouns
+    if one in _KNOCKED:
+        # "Pushes the bowls over the edge".
+        return singular(words[0]) in nouns
+    if words == ("up", "and", "down"):
+        # "Rolls up and down the ramp".
+        return after in DETERMINERS
+    if words == ("no",):
+        # "No: the bottle falls over" is no quantity.
+        return not after[0].isalnum()
+    return words == ("over", "to") and _goes_over(before.text)
 
 
 def _goes_over(word: str) -> bool:

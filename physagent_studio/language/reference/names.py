@@ -115,6 +115,14 @@ def resolve_objects(
     return _choose(phrase, found, stock, talk, phrase) if found else None
 
 
+def of_its_owner(phrase: NounPhrase, stock: Inventory) -> NounPhrase:
+    """ "Bumps against its leg", "the leg of the chair": against the thing whose part that is."""
+    if phrase.head not in v.LIMBS or any(phrase.head in t.words for t in stock.objects):
+        return phrase
+    own = replace(phrase, head="it", nouns=(), pronoun=True)
+    return own if phrase.determiner == "its" else phrase.of or phrase
+
+
 def _besides(acting: tuple[str, ...], found: tuple[Thing, ...]) -> tuple[Thing, ...]:
     """ "The red can hits the can": a noun beside the subject means another thing, or nothing here.
 

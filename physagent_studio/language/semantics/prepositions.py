@@ -6,7 +6,12 @@ from dataclasses import replace
 
 from physagent_studio.knowledge import is_step, kind_of
 from physagent_studio.language.frames import Place, Way
-from physagent_studio.language.reference.names import GROUPS, is_group, resolve_objects
+from physagent_studio.language.reference.names import (
+    GROUPS,
+    is_group,
+    of_its_owner,
+    resolve_objects,
+)
 from physagent_studio.language.reference.stock import Discourse, Inventory
 from physagent_studio.language.semantics.details import (
     Details,
@@ -62,6 +67,8 @@ def take_preposition(
     if phrase.head in v.FORCE_NOUNS or is_path(phrase):
         take_force(phrase, details)
         return
+    if preposition in (*RUNNING, *TO, "at", "with"):
+        phrase = of_its_owner(phrase, stock)
     resolved = resolve_objects(phrase, stock, talk)
     if preposition in ("by", "because_of", "from", "with", "under", "in") and resolved is None:
         heads = (phrase.head, phrase.of.head if phrase.of else "")
@@ -113,10 +120,22 @@ def _only_said(
     if preposition in OUT and phrase.head in v.VIEW_WORDS and not _is_there(phrase, stock):
         details.unknown[f"{OUT[preposition]} the {phrase.head}"] = None
         details.direction = details.direction or _side_said(phrase)
-    else:
-        # A comparison tells nothing; who is spared is read with the subject.
-        return preposition in ("like", "except")
-    return True
+        return True
+    if preposition == "with" and phrase.head in v.SOUNDS:
+        return True
+    if (
+        preposition in _BY
+        and phrase.head in v.HOLDERS
+        and resolve_place(phrase, stock, talk) is None
+    ):
+        # "Slips off its hook".
+        return True
+    # A comparison tells nothing; who is spared is read with the subject.
+    return preposition in ("like", "except")
+
+
+_BY = ("on", "off", "from", "by")
+"""Prepositions before what something hangs by."""
 
 
 def _side_said(phrase: NounPhrase) -> Way | None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from physagent_studio.language.frames import EventFrame, Place
-from physagent_studio.language.reference.names import Resolved, resolve_objects
+from physagent_studio.language.reference.names import Resolved, of_its_owner, resolve_objects
 from physagent_studio.language.semantics.details import Details, is_measure
 from physagent_studio.language.semantics.places import resolve_place
 from physagent_studio.language.semantics.subjects import BESIDE, Subjects
@@ -133,7 +133,7 @@ class Roles(Subjects):
         names: dict[str, None] = {}
         any_one = False
         counted: Resolved | None = None
-        for phrase in objects:
+        for phrase in (of_its_owner(one, self.stock) for one in objects):
             found = resolve_objects(phrase, self.stock, self.talk)
             if found is not None:
                 counted = found

@@ -142,7 +142,7 @@ PLAIN_ADJECTIVES = words_of(
     "resting moving rolling falling flying standing sliding empty full shifting stationary "
     "old heavy light hard soft loose entire final initial side opposite grassy inside "
     "open free shiny smooth rough high low sharp steep great perfect graceful deep shallow mighty "
-    "brisk firm complete tight lazy clean beautiful thin thick"
+    "brisk firm complete tight lazy clean beautiful thin thick loud dull quiet"
 )
 
 DETERMINERS = words_of(
@@ -214,6 +214,12 @@ WITHDRAWING = words_of("pull remove take withdraw yank drag tug kick knock push 
 """Verbs after which a support is no longer where it was."""
 PROPS = word_lists().props
 """What may carry a thing that the case does name."""
+LIMBS = word_lists().limbs
+"""Parts of a thing that stand for it: "bumps against its leg"."""
+HOLDERS = word_lists().holders
+"""What something hangs by; where the case does not give it, that tells nothing more."""
+SOUNDS = word_lists().sounds
+"""What is heard of what happens: "with a crash"."""
 UNDER = words_of("beneath under underneath below")
 
 IGNORED_NOUNS = words_of(

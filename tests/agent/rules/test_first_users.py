@@ -96,6 +96,37 @@ def unread(program: PhysicalProgram) -> list[str]:
                 "wooden_ball does not fly free of any contact",
             ],
         ),
+        (
+            "nursery",
+            "The green marble hits the cork box and bounces back.",
+            ["green_marble touches cork_box", "green_marble turns back"],
+        ),
+        (
+            "nursery",
+            "The green marble rolls to the chair and bumps against its leg.",
+            [
+                "green_marble moves towards chair",
+                "green_marble turns",
+                "green_marble does not fly free of any contact",
+                "green_marble touches chair",
+            ],
+        ),
+        (
+            "nursery",
+            "The green marble hits the leg of the chair.",
+            ["green_marble touches chair"],
+        ),
+        ("nursery", "The chair falls over with a loud crash.", ["chair topples"]),
+        (
+            "court",
+            "The basketball bounces up and down three times on the spot.",
+            ["basketball bounces off floor 3 times"],
+        ),
+        (
+            "lamp",
+            "The lamp swings to and fro on its chain.",
+            ["lamp sways", "lamp does not topple", "lamp sways"],
+        ),
     ],
 )
 def test_what_is_demanded(place: str, prompt: str, demands: list[str]) -> None:
@@ -115,3 +146,14 @@ def test_both_that_are_bowled_over_fall() -> None:
     over = {s.subject for s in contract.statements if s.kind == "topples"}
     assert over == {"front_skittle", "left_skittle"}
     assert not unread(first("fruit_bowl", "Someone pushes the bowl over the edge of the table."))
+
+
+@pytest.mark.parametrize(
+    ("place", "prompt", "told"),
+    [
+        ("bar", "No: the wine bottle falls over.", ["no"]),
+        ("slope", "The toy car rolls up and down the ramp.", ["up … down"]),
+    ],
+)
+def test_what_is_said_to_be_unread(place: str, prompt: str, told: list[str]) -> None:
+    assert unread(first(place, prompt)) == told

@@ -127,6 +127,17 @@ def unread(program: PhysicalProgram) -> list[str]:
             "The lamp swings to and fro on its chain.",
             ["lamp sways", "lamp does not topple", "lamp sways"],
         ),
+        (
+            "nursery",
+            "The pig leaps on top of the cork box.",
+            [
+                "pig moves up",
+                "pig flies free of any contact",
+                "pig rests on cork_box at the end",
+                "pig is above cork_box at the end",
+                "pig does not topple",
+            ],
+        ),
     ],
 )
 def test_what_is_demanded(place: str, prompt: str, demands: list[str]) -> None:

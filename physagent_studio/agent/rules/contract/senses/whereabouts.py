@@ -234,6 +234,11 @@ def _onto(c: Context, relation: str, place: Place) -> list[Spec]:
         return meets_one(c, place)
     if place.kind == "group":
         return _in_stack(c) if relation == "in" else []
+    on_thing = place.kind == "object" and c.layout.carrier(c.subject) != name
+    if on_thing and relation in ("on", "atop") and c.frame.sense == "jump" and is_last(c):
+        # "Jumps onto the box": on top of it in the end, and not with its forefeet.
+        over = spec("side_of", c.subject, other=name, side="above", at_end=True)
+        return [spec("rests_on", c.subject, other=name), over]
     if relation == "atop":
         return [spec("reaches" if is_last(c) else "contacts", c.subject, other=name)]
     if relation in ("in", "into") and place.kind in ("object", "support") and is_container(name):

@@ -138,6 +138,16 @@ def unread(program: PhysicalProgram) -> list[str]:
                 "pig does not topple",
             ],
         ),
+        (
+            "slope",
+            "The toy car ends up on the floor.",
+            ["toy_car rests on floor at the end", "toy_car leaves ramp for good"],
+        ),
+        (
+            "slope",
+            "The toy car stops on the ground.",
+            ["toy_car stops", "toy_car rests on floor at the end", "toy_car leaves ramp for good"],
+        ),
     ],
 )
 def test_what_is_demanded(place: str, prompt: str, demands: list[str]) -> None:

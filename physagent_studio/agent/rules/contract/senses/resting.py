@@ -8,7 +8,7 @@ from physagent_studio.agent.rules.contract.senses.common import posture, quality
 from physagent_studio.agent.rules.contract.sequence import OVER
 from physagent_studio.agent.rules.contract.specs import SPEC, Context, Spec, spec
 from physagent_studio.agent.rules.scene.measures import place_name
-from physagent_studio.language import EventFrame
+from physagent_studio.language import EventFrame, Place
 from physagent_studio.language.tokens.vocabulary import words_of
 from physagent_studio.program.scene.state import Ramp, Support
 
@@ -40,7 +40,8 @@ def stop(c: Context) -> list[Spec]:
             *_so_near(c, name),
         ]
     if place is not None and place.kind == "support" and not place.part:
-        return [spec("stops", c.subject), spec("rests_on", c.subject, other=place.name)]
+        there = spec("rests_on", c.subject, other=place.name)
+        return [spec("stops", c.subject), there, *_off_the_slope(c, place)]
     if place is not None and place.kind == "object" and c.frame.place("on", "atop") == place:
         return [spec("stops", c.subject), spec("rests_on", c.subject, other=place.name)]
     name = place_name(place) if place is not None else None
@@ -54,6 +55,13 @@ def stop(c: Context) -> list[Spec]:
     if place is not None and ramp is not None and ramp.name == place.name:
         found.append(spec("reaches", c.subject, other=place.name))
     return found
+
+
+def _off_the_slope(c: Context, place: Place) -> list[Spec]:
+    """ "Rolls down the ramp and stops on the carpet": with no wheel on the ramp any more."""
+    ramp = c.layout.ramp_below(c.subject)
+    below = None if ramp is None else ramp.name
+    return [] if below in (None, place.name) else [spec("leaves", c.subject, other=below)]
 
 
 def _slope_length(support: Support) -> float:
@@ -152,7 +160,7 @@ def _ends(c: Context) -> list[Spec]:
     place = c.frame.place("on", "in", "atop")
     found = posture(c)
     if place is not None and place.kind in ("support", "object"):
-        found.append(spec("rests_on", c.subject, other=place.name))
+        found += [spec("rests_on", c.subject, other=place.name), *_off_the_slope(c, place)]
     elif c.frame.sense in ("rest", "end", "stay") and not found:
         found.append(spec("stops", c.subject))
     return [*found, *quality(c)]

@@ -48,6 +48,8 @@ def details_of(
     if sense in ("kick", "throw") and "up" in clause.adverbs and details.direction != "up":
         # "Is kicked up to the left": through the air, and that way.
         details.posture = details.posture or "airborne"
+    if sense in ("pull", "slide") and "out" in clause.adverbs:
+        details.manner |= {"out"}
     ways = {v.DIRECTIONS.get(word) for word in clause.adverbs}
     ways |= {preposition for preposition, _ in clause.places}
     for one, other in (("left", "right"), ("up", "down")):
@@ -70,6 +72,9 @@ def details_of(
     )
     for preposition, phrase in clause.places:
         take_preposition(preposition, phrase, details, stock, talk, clause)
+    if sense == "pull" and any(r == "off" and p.kind == "group" for r, p in details.places):
+        # "Out of the row".
+        details.manner |= {"out"}
     _join_between(details)
     if (sense, details.direction) in (("accelerate", "up"), ("slow", "down")):
         # "Speeds up": that is the verb, and no way.

@@ -188,6 +188,8 @@ def _by_or_way(preposition: str, phrase: NounPhrase, details: Details) -> bool:
         details.direction = "toward_camera"
     elif preposition == "away_from" and word in v.CAMERA_WORDS:
         details.direction = "away"
+    elif preposition in TO and word in ("front", "back", "rear") and phrase.of is None:
+        details.direction = v.SIDES[word]
     elif preposition in (*TO, "on") and way:
         details.direction = way  # type: ignore[assignment]
     else:

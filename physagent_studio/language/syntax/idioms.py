@@ -24,6 +24,7 @@ def in_plain_words(tokens: Sequence[Token], nouns: frozenset[str]) -> Tokens:
         _taken_along,
         where_it_is,
         _performed,
+        _taken_out,
         _amounts,
         _unable,
         counted_from,
@@ -256,6 +257,21 @@ def _doing(tokens: Tokens, index: int, nouns: frozenset[str]) -> tuple[tuple[str
     times = (str(number), "times") if number > 1 else ()
     said = tuple(word for word in extra if word in v.MANNERS)
     return (_inflected(base, ending), *times, *said), at + 1 - index
+
+
+_REMOVED = {"take": "remove", "takes": "removes", "took": "removes", "taken": "removed"}
+
+
+def _taken_out(tokens: Tokens, nouns: frozenset[str]) -> Tokens:
+    """ "Takes the blue book out", "is taken away": removes it."""
+    found = list(tokens)
+    for at, token in enumerate(tokens):
+        rest = [t.text for t in tokens[at + 1 : at + 7]]
+        end = next((i for i, word in enumerate(rest) if word in ("out", "away")), None)
+        named = end is not None and all(word in nouns or not verb_base(word) for word in rest[:end])
+        if token.text in _REMOVED and named and not set(rest[:end]) & set(".,;:!?"):
+            found[at] = Token(_REMOVED[token.text], token.start, token.end)
+    return tuple(found)
 
 
 def _inflected(base: str, ending: str) -> str:

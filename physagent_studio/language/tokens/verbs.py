@@ -83,12 +83,13 @@ VERBS: dict[str, Verb] = {
     **_verbs("move", {"move": "creep inch crawl plod slink tiptoe trudge"}, ("slow",)),
     **_verbs("act", {"push": "nudge"}, ("gentle",)),
     **_verbs("act", {"put": "put place"}),
+    **_verbs("act", {"pull": "remove withdraw extract"}, ("out",)),
     **_verbs(
         "act",
         {
             "push": "push shove putt press poke prod propel bump_away force flick carry "
             "bring sweep bat paw swipe deliver",
-            "pull": "pull drag tug tow yank remove withdraw",
+            "pull": "pull drag tug tow yank draw",
             "kick": "kick boot punt",
             "throw": "throw toss hurl fling lob pitch launch shoot yeet chuck heave catapult sling",
             "hit": "hit strike bump collide crash smack slam ram clip tap contact touch impact "
@@ -150,14 +151,14 @@ IRREGULAR: dict[str, str] = {
     "cut": "cut", "split": "split", "shot": "shoot", "rode": "ride", "overturned": "overturn",
     "hit": "hit", "set": "set", "let": "let", "burst": "burst", "flung": "fling",
     "sprang": "jump", "put": "put", "held": "hold", "lowers": "sink", "lowered": "sink",
-    "lowering": "sink", "swept": "sweep",
+    "lowering": "sink", "swept": "sweep", "drew": "draw", "drawn": "draw",
 }  # fmt: skip
 """Irregular forms; those that are past participles as well as regular `-ed` read as passive."""
 
 PARTICIPLES = words_of(
     "fallen thrown flown hung swung blown struck broken spun lost bent shaken sent made laid "
     "frozen slung cut kept caught driven sunk given taken met hit set split shot flung hung "
-    "slid held put swept set_down"
+    "slid held put swept set_down drawn"
 )
 
 COMBINED: dict[tuple[str, str], str] = {

@@ -7,6 +7,7 @@ import pytest
 from physagent_studio.agent.rules import RuleGenerator
 from physagent_studio.contract.words import claim
 from physagent_studio.program import PhysicalProgram
+from physagent_studio.program.actions import ApplyForce, Directed
 from physagent_studio.program.scene.state import Box, Cylinder, Sphere
 from tests.agent.rules.everyday_scenes import EVERYDAY
 from tests.agent.rules.scenes import STAGES, Stage
@@ -148,6 +149,12 @@ def unread(program: PhysicalProgram) -> list[str]:
             "The toy car stops on the ground.",
             ["toy_car stops", "toy_car rests on floor at the end", "toy_car leaves ramp for good"],
         ),
+        (
+            "boxes",
+            "Someone pulls the box b out sideways.",
+            ["box_b moves to the left or right"],
+        ),
+        ("eraser", "The ruler is taken out.", ["ruler moves"]),
     ],
 )
 def test_what_is_demanded(place: str, prompt: str, demands: list[str]) -> None:
@@ -178,3 +185,24 @@ def test_both_that_are_bowled_over_fall() -> None:
 )
 def test_what_is_said_to_be_unread(place: str, prompt: str, told: list[str]) -> None:
     assert unread(first(place, prompt)) == told
+
+
+@pytest.mark.parametrize(
+    ("prompt", "least"),
+    [
+        ("Someone pulls the cushion to the right.", 0.15),
+        ("Someone pulls the cushion out to the right.", 0.32),
+        ("Someone removes the cushion.", 0.24),
+    ],
+)
+def test_what_is_pulled_out_moves_by_its_own_extent(prompt: str, least: float) -> None:
+    (moved,) = first("living", prompt).contract.statements
+    assert moved.kind == "moves"
+    assert moved.distance == pytest.approx(least, abs=0.01)
+
+
+def test_sideways_is_where_there_is_room() -> None:
+    push = first("boxes", "Someone pulls the box b out sideways.").event.actions[0]
+    assert isinstance(push, ApplyForce)
+    assert isinstance(push.force, Directed)
+    assert push.force.direction == "right"

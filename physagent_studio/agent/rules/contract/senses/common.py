@@ -24,12 +24,13 @@ from physagent_studio.program.actions import Direction
 
 @dataclass(frozen=True, slots=True)
 class PostureSettings:
-    """How far a thing is turned that ends in a posture."""
+    """How far a thing is turned that ends in a posture, or gone that is pulled out."""
 
     flat_deg: float = 20.0  # 5..40: up to which it stands or lies flat
     over_deg: float = 160.0  # 120..180: from which it is upside down, and as flat
     # 45..80: from which it lies on its side; leaning against things included
     side_deg: float = 60.0
+    out_share: float = 0.8  # 0.5..1: of its own extent, gone by what is pulled out
 
 
 POSTURE = PostureSettings()
@@ -86,6 +87,8 @@ def _comes_back_down(c: Context) -> bool:
 def _least_way(c: Context) -> float:
     if c.frame.distance is not None:
         return round(0.8 * c.frame.distance, 4)
+    if "out" in c.frame.manner:
+        return c.length(POSTURE.out_share, 0.02, 2.0)
     if "far" in c.frame.manner:
         return c.length(4.0, 0.2, 1.5)
     return c.length(0.1, 0.01, 0.05) if "slight" in c.frame.manner else c.length(0.5, 0.02, 0.2)
@@ -95,6 +98,10 @@ def least_along(c: Context, distance: float, way: Direction) -> float:
     """No farther than the picture and what stands there leave it room along a way, m."""
     if c.frame.distance is not None or "offscreen" in c.frame.manner:
         return distance
+    if "out" in c.frame.manner:
+        # "Is pulled out": clear of where it stood.
+        own = c.layout.extent(c.subject, WAYS[way]) + c.layout.extent(c.subject, -WAYS[way])
+        return max(round(POSTURE.out_share * own, 3), c.length(0.5, 0.02, 0.2))
     share = 0.8  # 0.5..1: of the way that the schedule has it go
     room = share * good_way(c.layout, c.subject, WAYS[way])
     return round(min(distance, max(room, c.length(0.1, 0.01, 0.05))), 3)

@@ -138,19 +138,18 @@ def _distance(task: Task, target: Place | None) -> float:
     """How far it shall go, m: to where it is told, else a good part of the way that is free."""
     if task.far is not None and not task.intent.hits:
         return task.far
+    ahead = _heading(task)
     if task.intent.manner("offscreen"):
-        free = free_way(task.layout, task.name, _heading(task))
-        return min(
-            free, GROUND.max_out_sizes * task.layout.size(task.name)
-        ) + 1.5 * task.layout.size(task.name)
+        free, size = free_way(task.layout, task.name, ahead), task.layout.size(task.name)
+        return min(free, GROUND.max_out_sizes * size) + 1.5 * size
     if target is not None:
         distance = task.way_to(target)
         if task.intent.hits:
-            distance -= task.layout.extent(task.name, _heading(task))
+            distance -= task.layout.extent(task.name, ahead)
             if task.layout.has(task.intent.hits[0]):
-                distance -= task.layout.extent(task.intent.hits[0], -_heading(task))
+                distance -= task.layout.extent(task.intent.hits[0], -ahead)
         return max(distance, 0.3 * task.layout.size(task.name))
-    return good_way(task.layout, task.name, _heading(task))
+    return max(good_way(task.layout, task.name, ahead), task.clear_along(ahead))
 
 
 def spared(task: Task, target: Place | None) -> list[str]:

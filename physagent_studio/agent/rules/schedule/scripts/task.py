@@ -13,6 +13,7 @@ from physagent_studio.agent.rules.contract.specs import (
     spot_name,
     ways_of,
 )
+from physagent_studio.agent.rules.scene.framing import free_way
 from physagent_studio.agent.rules.scene.measures import (
     WAYS,
     FloatArray,
@@ -107,6 +108,9 @@ class Task:
         if said is None or frame is None:
             return self._side()
         ways = ways_of(said, frame, self.name, self.layout)
+        if len(ways) > 1 and self.of == 1:
+            # "Sideways" is where there is most room.
+            return max(ways, key=lambda way: free_way(self.layout, self.name, WAYS[way]))
         return ways[self.rank % len(ways)] if ways else None
 
     def onto(self) -> str | None:
@@ -117,6 +121,12 @@ class Task:
         if way is None or float(self.way_onto(hits[0]) @ WAYS[way]) > TASK.min_onto_cosine:
             return hits[0]
         return None
+
+    def clear_along(self, way: FloatArray) -> float:
+        """How far along a level way (3,) it is clear of where it stood, m; 0 where it is not
+        pulled out."""
+        own = self.layout.extent(self.name, way) + self.layout.extent(self.name, -way)
+        return own if self.intent.manner("out") else 0.0
 
     def way_onto(self, name: str) -> FloatArray:
         """Level unit direction (3,) from its centre to another thing's."""

@@ -155,6 +155,17 @@ def unread(program: PhysicalProgram) -> list[str]:
             ["box_b moves to the left or right"],
         ),
         ("eraser", "The ruler is taken out.", ["ruler moves"]),
+        (
+            "office",
+            "The coffee cup is slid slowly to the left until it touches the stapler.",
+            [
+                "coffee_cup moves to the left",
+                "coffee_cup has the right top speed",
+                "coffee_cup does not move up",
+                "coffee_cup touches stapler",
+                "coffee_cup stands upright at the end",
+            ],
+        ),
     ],
 )
 def test_what_is_demanded(place: str, prompt: str, demands: list[str]) -> None:
@@ -206,3 +217,15 @@ def test_sideways_is_where_there_is_room() -> None:
     assert isinstance(push, ApplyForce)
     assert isinstance(push.force, Directed)
     assert push.force.direction == "right"
+
+
+def test_what_slides_slowly_until_it_touches_is_led_there() -> None:
+    told = "The box a is slid slowly to the right until it touches the box b."
+    program = first("boxes", told)
+    push = program.event.actions[0]
+    assert isinstance(push, ApplyForce)
+    assert push.point is not None
+    assert push.duration > 60
+    (pace,) = program.contract.paces
+    assert pace.verb == "slide"
+    assert pace.high < 1

@@ -39,6 +39,8 @@ def _pace(intent: Intent, layout: Layout, needed: float) -> Speeds | None:
         return None
     if layout.downhill(name) is not None or layout.carrier(name) is None:
         return None
+    # "Slides slowly until it touches the cup" meets it as slowly.
+    own = [f for f in own if f.manner & {"slow", "gentle"}] or own
     ranges = [row for frame in own if (row := speed_range(frame, layout.size(name))) is not None]
     if not ranges:
         return None

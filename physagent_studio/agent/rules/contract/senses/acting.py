@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from physagent_studio.agent.rules.contract.senses.common import (
+    POSTURE,
     gone_over,
     hit_as_one,
     lies_on_its_side,
@@ -33,7 +34,19 @@ def hit(c: Context) -> list[Spec]:
     found = [*(touch_one(c) if whole else touch(c)), *siblings(c)]
     if c.frame.agent and c.frame.manner & {"gentle", "slow"}:
         found.append(spec("speed_between", c.frame.agent[0], low=0.01, high=1.5))
-    return found or move(c)
+    return [*found, *_still_stands(c)] or move(c)
+
+
+def _still_stands(c: Context) -> list[Spec]:
+    """ "Slides slowly until it touches the cup": it stands there as it went."""
+    gone = [f for f in c.reading.frames[: c.index] if set(f.patient) & set(c.frame.agent)]
+    told = [f for f in (*gone, c.frame) if f.manner & {"slow", "gentle"} and not f.negated]
+    slid = any(f.sense in ("slide", "push", "pull", "move") and not f.agent for f in gone)
+    return [
+        spec("upright", agent, tilt=POSTURE.flat_deg)
+        for agent in c.frame.agent
+        if slid and told and not c.frame.negated and not c.layout.rolls(agent)
+    ]
 
 
 def _touched_by_anything(c: Context) -> list[Spec]:

@@ -94,7 +94,8 @@ def _is_shoved(task: Task, target: Place | None) -> bool:
         coasting = math.sqrt(2 * _distance(task, target) / (mech.G * task.wheels.rolling))
         return coasting < task.seconds(GROUND.max_push_share) and not task.intent.hits
     sliding = not task.layout.rolls(task.name)
-    sent = task.intent.has("kick", "throw", "hit", "strike", "slip") or bool(task.intent.struck_by)
+    blows = () if task.intent.manner("slow", "gentle") else ("hit", "strike")
+    sent = task.intent.has("kick", "throw", "slip", *blows) or bool(task.intent.struck_by)
     glides = task.ground_friction() < GROUND.max_glide_friction
     item = task.layout.state.object(task.name)
     return sliding and bool(item and item.body.kind == "rigid") and not sent and not glides

@@ -5,10 +5,12 @@ from __future__ import annotations
 import pytest
 
 from physagent_studio.agent.rules import RuleGenerator
+from physagent_studio.contract.measure import measure
 from physagent_studio.contract.words import claim
 from physagent_studio.program import PhysicalProgram
 from physagent_studio.program.actions import ApplyForce, Directed
 from physagent_studio.program.scene.state import Box, Cylinder, Sphere
+from physagent_studio.simulation import simulate
 from tests.agent.rules.everyday_scenes import EVERYDAY
 from tests.agent.rules.scenes import STAGES, Stage
 from tests.agent.rules.varied_scenes import VARIED
@@ -229,3 +231,20 @@ def test_what_slides_slowly_until_it_touches_is_led_there() -> None:
     (pace,) = program.contract.paces
     assert pace.verb == "slide"
     assert pace.high < 1
+
+
+@pytest.mark.parametrize(
+    ("shape", "height"),
+    [
+        (Cylinder(radius=0.08, height=0.25), 0.25),
+        (Cylinder(radius=0.04, height=0.1), 0.1),
+        (Box(size=(0.45, 0.45, 0.9)), 0.9),
+        (Box(size=(0.4, 0.4, 0.4)), 0.4),
+    ],
+)
+def test_what_rocks_is_seen_to_tilt_and_stays_upright(shape: Box | Cylinder, height: float) -> None:
+    yard = Stage("yard", {"crate": (shape, (0.0, 2.5, height / 2), "floor")})
+    told = "The crate rocks from side to side but stays upright."
+    program = RuleGenerator().first(yard.case(told), yard.reconstruct)
+    demanded = [c for c in measure(program, simulate(program, {})) if c.demanded]
+    assert all(check.ok for check in demanded if not check.always_on), demanded

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -10,9 +11,24 @@ from physagent_studio.agent.rules.scene import mechanics as mech
 from physagent_studio.agent.rules.scene.measures import UP, WAYS, level, unit
 from physagent_studio.agent.rules.schedule import actions as act
 from physagent_studio.agent.rules.schedule.scripts.task import Task
-from physagent_studio.program.actions import Action, ApplyDisturbance, Direction, FixObject
+from physagent_studio.program.actions import Action, Direction, FixObject
 from physagent_studio.program.scene.stairs import profile_of
 
+
+@dataclass(frozen=True, slots=True)
+class LandingSettings:
+    """How what stands rocks."""
+
+    rocking_pushes: int = 4  # count, 2..8: to one side and the other in turn
+    rocking_steps: int = 10  # 4..20: of each of them
+    rocking_share: float = 0.4  # 0.2..0.7: of the angle at which it would fall over
+    max_rocking_deg: float = 8.0  # degrees, 5..15: of what is wide; more, and it jumps
+    # .4..1: of the speed that an edge takes to that angle: what still rocks adds its own
+    pushing_ratio: float = 0.6
+    settling_ratio: float = 1.5  # 1..3: of the time up and down, until the next push
+
+
+LANDING = LandingSettings()
 ONWARD = ("roll", "slide", "move", "slip", "bounce", "land", "fall", "leave", "strike")
 
 
@@ -103,22 +119,33 @@ def up_ramp(task: Task) -> list[Action]:
 
 
 def rock(task: Task) -> list[Action]:
-    """A stiff thing is shaken from side to side, a little harder than it can stand still."""
-    layout = task.layout
-    width, height = layout.extent(task.name, WAYS["right"]), layout.extent(task.name, UP)
-    force = 1.5 * layout.mass(task.name) * mech.G * width / max(height, 1e-3)
-    return [
-        ApplyDisturbance(
-            id=f"rock_{task.name}"[:64],
-            name=task.name,
-            start_step=act.STEPS.first_step,
-            model="side",
-            amplitude=round(force, 4),
-            direction="right",
-            frequency=2.0,
-            duration=task.clip.steps // 2,
-        )
-    ]
+    """A stiff thing is tilted to one side and to the other in turn, and falls back each time."""
+    sides: tuple[Direction, Direction] = ("right", "left")
+    found: list[Action] = []
+    start = task.delay
+    for number in range(LANDING.rocking_pushes):
+        push, back = _tilted(task, sides[number % 2], start)
+        found.append(push)
+        start += back
+    return found
+
+
+def _tilted(task: Task, side: Direction, start: int) -> tuple[Action, int]:
+    """A push at the top that lifts one edge a little, and the steps until it stands again."""
+    layout, way = task.layout, WAYS[side]
+    height, width = layout.height(task.name), layout.extent(task.name, way)
+    corner = math.atan2(2 * width, height)
+    angle = min(LANDING.rocking_share * corner, math.radians(LANDING.max_rocking_deg))
+    lifted = (math.cos(corner - angle) - math.cos(corner)) / (1 - math.cos(corner))
+    speed = LANDING.pushing_ratio * math.sqrt(lifted) * mech.speed_to_topple(height, width) / 2
+    # Up and down again about that edge, against its weight.
+    slowing = 0.75 * mech.G * math.sin(corner)
+    back = LANDING.settling_ratio * 2 * speed / slowing / task.clip.step_seconds
+    force = act.toward_or_along(speed, way=side, elevation=math.degrees(corner))
+    point = act.rear_top_point(layout, task.name, way)
+    steps = LANDING.rocking_steps
+    push = act.push(task.name, force, start=start, duration=steps, point=point, label="rock")
+    return push, steps + round(back)
 
 
 def swing(task: Task) -> list[Action]:

@@ -248,3 +248,12 @@ def test_what_rocks_is_seen_to_tilt_and_stays_upright(shape: Box | Cylinder, hei
     program = RuleGenerator().first(yard.case(told), yard.reconstruct)
     demanded = [c for c in measure(program, simulate(program, {})) if c.demanded]
     assert all(check.ok for check in demanded if not check.always_on), demanded
+
+
+def test_what_wobbles_and_then_topples_does_one_after_the_other() -> None:
+    program = first("lawn", "The front skittle wobbles, then topples to the right.")
+    assert [action.id for action in program.event.actions][-1] == "tip_front_skittle"
+    demanded = [c for c in measure(program, simulate(program, {})) if c.demanded]
+    assert all(check.ok for check in demanded if not check.always_on), demanded
+    sways = next(s for s in program.contract.statements if s.kind == "sways")
+    assert sways.to_step == program.clip.steps // 2

@@ -181,6 +181,8 @@ def _by_sense(task: Task) -> Script:
         return _nothing
     if _spins_first(task):
         return scripts.spin_over
+    if _wobbles_first(task):
+        return scripts.rock_over
     if _goes_first(task):
         return scripts.go_over
     if (
@@ -203,6 +205,14 @@ def _spins_first(task: Task) -> bool:
     told = [frame.sense for frame in task.intent.frames if not frame.negated]
     over = next((k for k, sense in enumerate(told) if sense in _OVER), 0)
     return "spin" in told[:over] and _can_only_topple_here(task) and not task.intent.has(*_GROUND)
+
+
+def _wobbles_first(task: Task) -> bool:
+    """ "It wobbles, then it topples", where nothing strikes it."""
+    told = [frame.sense for frame in task.intent.frames if not frame.negated]
+    over = next((k for k, sense in enumerate(told) if sense in _OVER), 0)
+    alone = not task.intent.struck_by and not task.intent.hits and not task.intent.has(*_GROUND)
+    return "sway" in told[:over] and alone and _is_stiff(task) and _can_only_topple_here(task)
 
 
 def _rolls_when_it_lies(task: Task) -> bool:

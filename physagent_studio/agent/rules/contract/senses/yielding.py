@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 from physagent_studio.agent.rules.contract.senses.common import (
     keeps_standing,
     quality,
@@ -18,7 +20,18 @@ from physagent_studio.agent.rules.contract.specs import (
     spec,
 )
 from physagent_studio.agent.rules.scene.measures import place_name
+from physagent_studio.program.program import Clip
 from physagent_studio.program.scene.bodies import Cloth
+
+
+@dataclass(frozen=True, slots=True)
+class YieldingSettings:
+    """When what sways does so."""
+
+    wobble_share: float = 0.5  # 0.3..0.7: of the clip, for what wobbles before it falls over
+
+
+YIELDING = YieldingSettings()
 
 
 def wind(c: Context) -> list[Spec]:
@@ -39,8 +52,20 @@ def wind(c: Context) -> list[Spec]:
 
 
 def sway(c: Context) -> list[Spec]:
-    """Moves to and fro."""
-    return [spec("sways", c.subject, amplitude=3.0, cycles=1.0), *_stands(c), *quality(c)]
+    """Moves to and fro; what falls over afterwards does so by half of the clip."""
+    until = round(YIELDING.wobble_share * Clip().steps) if _falls_afterwards(c) else None
+    seen = spec("sways", c.subject, amplitude=3.0, cycles=1.0, to_step=until)
+    return [seen, *_stands(c), *([] if until else quality(c))]
+
+
+def _falls_afterwards(c: Context) -> bool:
+    """ "Wobbles, then topples", by itself: the fall is no sway."""
+    struck = any(c.subject in f.patient and f.agent for f in c.reading.frames)
+    low = c.layout.has(c.subject) and not c.layout.is_raised(c.subject)
+    over = any(
+        (f.sense == "topple" or (low and f.sense == "fall")) and not f.negated for f in c.later
+    )
+    return over and not struck and not c.frame.negated and not c.layout.rolls(c.subject)
 
 
 def bend(c: Context) -> list[Spec]:

@@ -11,6 +11,7 @@ from physagent_studio.agent.rules.scene import mechanics as mech
 from physagent_studio.agent.rules.scene.measures import UP, WAYS, level, unit
 from physagent_studio.agent.rules.schedule import actions as act
 from physagent_studio.agent.rules.schedule.scripts.task import Task
+from physagent_studio.agent.rules.schedule.scripts.turns import tip
 from physagent_studio.program.actions import Action, Direction, FixObject
 from physagent_studio.program.scene.stairs import profile_of
 
@@ -25,6 +26,7 @@ class LandingSettings:
     max_rocking_deg: float = 8.0  # degrees, 5..15: of what is wide; more, and it jumps
     # .4..1: of the speed that an edge takes to that angle: what still rocks adds its own
     pushing_ratio: float = 0.6
+    wobbling_share: float = 0.5  # 0.3..0.7: of the clip, after which what wobbles falls over
     settling_ratio: float = 1.5  # 1..3: of the time up and down, until the next push
 
 
@@ -128,6 +130,14 @@ def rock(task: Task) -> list[Action]:
         found.append(push)
         start += back
     return found
+
+
+def rock_over(task: Task) -> list[Action]:
+    """Wobbles for less than half of the clip, and only then falls over."""
+    later = round(LANDING.wobbling_share * task.clip.steps)
+    rocked = [a for a in rock(task) if a.start_step + LANDING.rocking_steps < later]
+    over = [a.model_copy(update={"start_step": a.start_step + later}) for a in tip(task)]
+    return [*rocked[: LANDING.rocking_pushes - 1], *over]
 
 
 def _tilted(task: Task, side: Direction, start: int) -> tuple[Action, int]:

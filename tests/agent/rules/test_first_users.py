@@ -8,7 +8,7 @@ from physagent_studio.agent.rules import RuleGenerator
 from physagent_studio.contract.measure import measure
 from physagent_studio.contract.words import claim
 from physagent_studio.program import PhysicalProgram
-from physagent_studio.program.actions import ApplyForce, Directed
+from physagent_studio.program.actions import ApplyForce, Directed, OnContact
 from physagent_studio.program.scene.state import Box, Cylinder, Sphere
 from physagent_studio.simulation import simulate
 from tests.agent.rules.everyday_scenes import EVERYDAY
@@ -257,3 +257,29 @@ def test_what_wobbles_and_then_topples_does_one_after_the_other() -> None:
     assert all(check.ok for check in demanded if not check.always_on), demanded
     sways = next(s for s in program.contract.statements if s.kind == "sways")
     assert sways.to_step == program.clip.steps // 2
+
+
+def test_what_is_told_to_go_another_way_after_the_blow_is_sent_there() -> None:
+    told = "First the lemon rolls into the orange, then the orange rolls up against the basket."
+    program = first("picnic", told)
+    *_, push = program.event.actions
+    assert isinstance(push, ApplyForce)
+    assert push.name == "orange"
+    assert isinstance(push.when, OnContact)
+    assert {push.when.a, push.when.b} == {"lemon", "orange"}
+    assert "lemon touches orange, before orange touches basket" in claims(program)
+
+
+@pytest.mark.parametrize(
+    ("prompt", "driven"),
+    [
+        ("The lemon rolls into the orange, which rolls to the left.", {"lemon"}),
+        ("First the lemon rolls into the orange, then the orange rolls to the right.", {"lemon"}),
+        (
+            "First the lemon rolls into the orange, then the orange rolls away from the camera.",
+            {"lemon", "orange"},
+        ),
+    ],
+)
+def test_what_the_blow_itself_brings_about_is_left_to_it(prompt: str, driven: set[str]) -> None:
+    assert {action.name for action in first("picnic", prompt).event.actions} == driven

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import math
+from dataclasses import dataclass
+
 from physagent_studio.agent.rules.contract.intents import Intent, intents_of
+from physagent_studio.agent.rules.contract.specs import ways_of
 from physagent_studio.agent.rules.scene.framing import free_way
-from physagent_studio.agent.rules.scene.measures import WAYS, FloatArray, Layout
+from physagent_studio.agent.rules.scene.measures import WAYS, FloatArray, Layout, level, unit
 from physagent_studio.agent.rules.schedule import actions as act
 from physagent_studio.agent.rules.schedule.choosing import script_for
 from physagent_studio.agent.rules.schedule.scripts import Task
@@ -12,6 +16,19 @@ from physagent_studio.language import Reading
 from physagent_studio.language.tokens.vocabulary import words_of
 from physagent_studio.program.actions import Action, duration_of
 from physagent_studio.program.program import Clip
+
+
+@dataclass(frozen=True, slots=True)
+class ScheduleSettings:
+    """How what is told to go on after a blow does so."""
+
+    # cosine, 0.3..0.95: of the way that the blow sends it; what lies farther aside it is led to
+    carried_cosine: float = math.cos(math.radians(40.0))
+    apart_steps: int = 30  # steps, 5..80: after the blow, in which it is seen what that does
+
+
+SCHEDULE = ScheduleSettings()
+_GOES_ON = ("move", "roll", "slide", "drift")
 
 
 def schedule(reading: Reading, layout: Layout, clip: Clip) -> tuple[Action, ...]:
@@ -25,8 +42,9 @@ def schedule(reading: Reading, layout: Layout, clip: Clip) -> tuple[Action, ...]
     for task in tasks_of(reading, layout, clip):
         wait = steps_to_wait(task.intent, reading, clip)
         wait += act.STEPS.first_step + act.STEPS.rise_steps if task.name in raised else 0
+        touch = _sent_after(task.intent, layout)
         for action in script_for(task)(task):
-            later = _later(action, wait)
+            later = _later(action, wait) if touch is None else _once(action, touch, task.name)
             actions += [a for a in [_fitted(later, clip, actions)] if a is not None]
     return tuple(actions[:500])
 
@@ -52,6 +70,35 @@ def steps_to_wait(intent: Intent, reading: Reading, clip: Clip) -> int:
         return 0
     before = sum(f.sequel for f in earlier) + 1
     return min(turn_steps * before, clip.steps // 2)
+
+
+def _sent_after(intent: Intent, layout: Layout) -> str | None:
+    """ "First the lemon rolls into the orange, then the orange rolls to the basket": what strikes
+    a thing that is told to go another way next than the blow sends it; None for any other."""
+    if not intent.struck_by or not layout.has(intent.name):
+        return None
+    after = [f for f in intent.frames[intent.untouched :] if not f.agent and f.sequel]
+    going = next((f for f in after if f.sense in _GOES_ON), None)
+    striker = intent.struck_by[0]
+    if going is None or not layout.has(striker):
+        return None
+    aim = going.place("toward", "against", "into", "at")
+    here = layout.position(intent.name)
+    if aim is not None and layout.has(aim.name):
+        ways = [level(layout.position(aim.name) - here)]
+    else:
+        ways = [WAYS[w] for w in ways_of(going.direction, going, intent.name, layout)]
+    sent = unit(level(here - layout.position(striker)))
+    along = [float(unit(way) @ sent) for way in ways]
+    return striker if along and max(along) < SCHEDULE.carried_cosine else None
+
+
+def _once(action: Action, striker: str, name: str) -> Action:
+    """The action as long after the blow as it would have begun after the beginning."""
+    if action.when is not None:
+        return action
+    when = act.on_contact(striker, name, SCHEDULE.apart_steps + action.start_step)
+    return action.model_copy(update={"start_step": 0, "when": when})
 
 
 def _later(action: Action, steps: int) -> Action:
@@ -92,7 +139,8 @@ def tasks_of(reading: Reading, layout: Layout, clip: Clip) -> list[Task]:
                 or len(layout.state.objects) == 1
             ):
                 intents.setdefault(item.name, Intent(item.name)).frames[:0] = wind
-    driven = [i for i in intents.values() if i.needs_drive and layout.has(i.name)]
+    driven = [i for i in intents.values() if i.needs_drive or _sent_after(i, layout)]
+    driven = [i for i in driven if layout.has(i.name)]
     driven = [i for i in driven if not _comes_down_by_itself(i, driven, layout)]
     return [Task(i, layout, clip, *_rank(i, driven, layout)) for i in driven]
 

@@ -168,6 +168,11 @@ def unread(program: PhysicalProgram) -> list[str]:
                 "coffee_cup stands upright at the end",
             ],
         ),
+        (
+            "fruit_bowl",
+            "The pear spins on the spot and then comes to rest.",
+            ["pear turns", "pear does not move", "pear rests on table at the end"],
+        ),
     ],
 )
 def test_what_is_demanded(place: str, prompt: str, demands: list[str]) -> None:
@@ -283,3 +288,15 @@ def test_what_is_told_to_go_another_way_after_the_blow_is_sent_there() -> None:
 )
 def test_what_the_blow_itself_brings_about_is_left_to_it(prompt: str, driven: set[str]) -> None:
     assert {action.name for action in first("picnic", prompt).event.actions} == driven
+
+
+def test_of_a_pyramid_that_falls_down_the_top_does() -> None:
+    tin = Cylinder(radius=0.04, height=0.11)
+    pile = Stage("pile", {
+        "top_tin": (tin, (0.0, 2.5, 0.165), "left_tin"),
+        "left_tin": (tin, (-0.045, 2.5, 0.055), "floor"),
+        "right_tin": (tin, (0.045, 2.5, 0.055), "floor"),
+    })  # fmt: skip
+    for told in ("The pile of tins collapses.", "The stack of tins falls down."):
+        program = RuleGenerator().first(pile.case(told), pile.reconstruct)
+        assert claims(program) == ["top_tin falls"]

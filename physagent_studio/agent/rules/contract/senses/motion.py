@@ -209,10 +209,12 @@ def _lies_down(c: Context) -> bool:
 
 
 def _carried_by_its_own(c: Context) -> bool:
-    """Whether others that fall with it stand on it, and it stands on no thing itself."""
+    """Whether it stands on no thing itself, and others that fall with it stand on it, or, of a
+    stack as a whole, on one another."""
     others = [name for name in c.frame.patient if name != c.subject]
     on_things = c.layout.state.object(c.layout.carrier(c.subject) or "") is not None
-    return not on_things and any(c.layout.carrier(name) == c.subject for name in others)
+    below = c.frame.patient if c.frame.as_one else (c.subject,)
+    return not on_things and any(c.layout.carrier(name) in below for name in others)
 
 
 def _straight_down(c: Context, event: Spec) -> list[Spec]:

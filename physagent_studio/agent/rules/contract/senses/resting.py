@@ -44,6 +44,10 @@ def stop(c: Context) -> list[Spec]:
         return [spec("stops", c.subject), there, *_off_the_slope(c, place)]
     if place is not None and place.kind == "object" and c.frame.place("on", "atop") == place:
         return [spec("stops", c.subject), spec("rests_on", c.subject, other=place.name)]
+    carrier = c.layout.carrier(c.subject)
+    if place is None and carrier and c.earlier and all(f.sense in _IN_PLACE for f in c.earlier):
+        # "Spins on the spot and comes to rest": it went nowhere before.
+        return [spec("rests_on", c.subject, other=carrier)]
     name = place_name(place) if place is not None else None
     near = c.length(2.0, 0.1, 0.6) if name is not None else None
     ramp = c.layout.ramp_below(c.subject)
@@ -91,7 +95,7 @@ def slow(c: Context) -> list[Spec]:
 
 _GOING_ON = words_of("move roll slide drift fall fly jump bounce accelerate reverse curve leave")
 
-
+_IN_PLACE = words_of("spin turn turn_around sway be rest stay")
 _MOVING = words_of("move roll slide drift push pull slip kick accelerate spin turn lift rise")
 
 

@@ -82,12 +82,13 @@ VERBS: dict[str, Verb] = {
     **_verbs("move", {"slide": "skid"}, ("skidding",)),
     **_verbs("move", {"move": "creep inch crawl plod slink tiptoe trudge"}, ("slow",)),
     **_verbs("act", {"push": "nudge"}, ("gentle",)),
+    **_verbs("act", {"push": "flick"}, ("flicked",)),
     **_verbs("act", {"put": "put place"}),
     **_verbs("act", {"pull": "remove withdraw extract"}, ("out",)),
     **_verbs(
         "act",
         {
-            "push": "push shove putt press poke prod propel bump_away force flick carry "
+            "push": "push shove putt press poke prod propel bump_away force carry "
             "bring sweep bat paw swipe deliver",
             "pull": "pull drag tug tow yank draw",
             "kick": "kick boot punt",

@@ -187,7 +187,7 @@ def _by_sense(task: Task) -> Script:
         return scripts.go_over
     if (
         intent.has("spin")
-        and intent.has("move", "slide", "drift")
+        and intent.has("move", "slide", "drift", "push")
         and not task.layout.rolls(task.name)
     ):
         return scripts.spin_along

@@ -96,9 +96,9 @@ def _is_shoved(task: Task, target: Place | None) -> bool:
     sliding = not task.layout.rolls(task.name)
     blows = () if task.intent.manner("slow", "gentle") else ("hit", "strike")
     sent = task.intent.has("kick", "throw", "slip", *blows) or bool(task.intent.struck_by)
-    glides = task.ground_friction() < GROUND.max_glide_friction
+    free = task.ground_friction() < GROUND.max_glide_friction or task.intent.manner("flicked")
     item = task.layout.state.object(task.name)
-    return sliding and bool(item and item.body.kind == "rigid") and not sent and not glides
+    return sliding and bool(item and item.body.kind == "rigid") and not sent and not free
 
 
 def _is_carried(task: Task, target: Place | None) -> bool:

@@ -187,7 +187,7 @@ class _Reader(Meanings):
         details = details_of(clause, objects, self.stock, self.talk, self.unknown, sense)
         named = (phrase for _, phrase in clause.places)
         frame = EventFrame(
-            knocked_over(sense, details),
+            knocked_over(sense, details, "over" in clause.adverbs),
             clause_id,
             **{name: getattr(details, name) for name in _AS_SAID},
             cause=cause or details.cause or self.pending_cause,

@@ -75,8 +75,10 @@ class Details:
         return tuple(found)
 
 
-def knocked_over(sense: str, details: Details) -> str:
-    """ "Is knocked onto its side" is knocked over."""
+def knocked_over(sense: str, details: Details, over: bool) -> str:
+    """ "Is knocked onto its side" is knocked over; "tips a little" only leans."""
+    if sense == "topple" and "slight" in details.manner and not over:
+        return "lean"
     acts = sense in ("push", "pull", "kick", "knock", "hit", "blow")
     return "knock_over" if acts and details.posture in ("side", "supine", "prone") else sense
 

@@ -173,6 +173,21 @@ def unread(program: PhysicalProgram) -> list[str]:
             "The pear spins on the spot and then comes to rest.",
             ["pear turns", "pear does not move", "pear rests on table at the end"],
         ),
+        (
+            "kitchen",
+            "The teapot is lifted up a little and then set back down.",
+            [
+                "teapot moves up",
+                "teapot does not move up",
+                "teapot falls",
+                "teapot reaches table",
+            ],
+        ),
+        (
+            "nursery",
+            "The chair tips a little to the left.",
+            ["chair flips to the left", "chair does not turn"],
+        ),
     ],
 )
 def test_what_is_demanded(place: str, prompt: str, demands: list[str]) -> None:
@@ -300,3 +315,12 @@ def test_of_a_pyramid_that_falls_down_the_top_does() -> None:
     for told in ("The pile of tins collapses.", "The stack of tins falls down."):
         program = RuleGenerator().first(pile.case(told), pile.reconstruct)
         assert claims(program) == ["top_tin falls"]
+
+
+def test_what_is_flicked_is_let_go_at_once_and_may_twirl_as_it_goes() -> None:
+    (push,) = first("office", "Someone flicks the stapler to the left.").event.actions
+    assert isinstance(push, ApplyForce)
+    assert push.duration < 20
+    both = first("office", "Somebody flicks the stapler; it twirls around twice and stops.")
+    operators = {action.operator for action in both.event.actions}
+    assert operators == {"ApplyForce", "SetAngularVelocity"}

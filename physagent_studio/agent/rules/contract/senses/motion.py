@@ -16,6 +16,7 @@ from physagent_studio.agent.rules.contract.senses.common import (
     struck_before,
     travel,
 )
+from physagent_studio.agent.rules.contract.senses.extents import is_slight
 from physagent_studio.agent.rules.contract.senses.turning import topple
 from physagent_studio.agent.rules.contract.senses.whereabouts import (
     along,
@@ -314,6 +315,9 @@ def _upward(c: Context) -> list[Spec]:
         ]
     else:
         found = [spec("moves", c.subject, distance=least_along(c, far, "up"), direction="up")]
+        if is_slight(c):
+            high = c.length(1.5, 0.08, 0.6)
+            found.append(spec("moves", c.subject, distance=high, direction="up", negated=True))
     found += [
         spec("moves", c.subject, distance=far, direction=w)
         for w in c.ways()

@@ -324,3 +324,12 @@ def test_what_is_flicked_is_let_go_at_once_and_may_twirl_as_it_goes() -> None:
     both = first("office", "Somebody flicks the stapler; it twirls around twice and stops.")
     operators = {action.operator for action in both.event.actions}
     assert operators == {"ApplyForce", "SetAngularVelocity"}
+
+
+def test_what_something_hangs_by_is_no_place_that_needs_a_test() -> None:
+    kitchen = Stage("kitchen", {
+        "pan": (Box(size=(0.25, 0.03, 0.4)), (0.0, 2.8, 1.4), "air"),
+        "hook": (Box(size=(0.03, 0.05, 0.03)), (0.0, 2.8, 1.62), "air"),
+    })  # fmt: skip
+    told = "The pan swings to and fro on its hook."
+    assert not unread(RuleGenerator().first(kitchen.case(told), kitchen.reconstruct))

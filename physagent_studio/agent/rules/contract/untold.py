@@ -84,9 +84,10 @@ def _is_given(layout: Layout, frame: EventFrame, relation: str, place: Place) ->
     for name in (*frame.patient, *frame.agent):
         if layout.has(name):
             carriers |= {layout.carrier(name), layout.base(name)}
-    if relation in ("on", "from", "by") and frame.sense in ("sway", "spin", "stay"):
+    hangs = any(layout.has(name) and layout.carrier(name) is None for name in frame.patient)
+    if hangs and relation in ("on", "from", "by") and frame.sense in ("sway", "spin", "stay"):
         # "Swings to and fro on its hook": what it hangs by.
-        return any(layout.has(name) and layout.carrier(name) is None for name in frame.patient)
+        return True
     if relation in ("on", "at") and place.part in EDGES and frame.sense in _IN_PLACE:
         # "Teeters on the edge": where it has to be for that.
         return any(_is_at_edge(layout, name) for name in frame.patient)

@@ -333,3 +333,13 @@ def test_what_something_hangs_by_is_no_place_that_needs_a_test() -> None:
     })  # fmt: skip
     told = "The pan swings to and fro on its hook."
     assert not unread(RuleGenerator().first(kitchen.case(told), kitchen.reconstruct))
+
+
+def test_a_leap_onto_a_thing_comes_down_steeply_and_stays_there() -> None:
+    yard = Stage("yard", {
+        "crate": (Box(size=(0.9, 0.4, 0.5)), (-0.56, 3.57, 0.25), "floor"),
+        "box": (Box(size=(0.55, 0.5, 0.25)), (0.67, 3.65, 0.125), "floor"),
+    })  # fmt: skip
+    program = RuleGenerator().first(yard.case("The crate jumps onto the box."), yard.reconstruct)
+    demanded = [c for c in measure(program, simulate(program, {})) if c.demanded]
+    assert all(check.ok for check in demanded if not check.always_on), demanded

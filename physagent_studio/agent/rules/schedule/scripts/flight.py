@@ -28,6 +28,8 @@ class FlightSettings:
     min_rise_m: float = 0.03  # m, 0.01..0.1: likewise, for what is small
     seen_hop_m_s: float = 0.7  # m/s, 0.3..1.5: after the last of several hops: it is seen
     step_hop_sizes: float = 0.6  # own sizes, 0.3..1.5: how high it hops to a lower step
+    # 1..1.6: of the time of a flight that comes down at 45 degrees, for a leap onto a thing
+    steep_leap_ratio: float = 1.3
     # 0.5..1: of the way that is to be gone by hops: while it is kicked it is carried on
     hop_way_share: float = 0.9
     last_hop_m_s: float = 0.55  # m/s, 0.2..1: the same of what has to get somewhere by its hops
@@ -57,12 +59,25 @@ def through_air(task: Task) -> list[Action]:
     if (hops := _hops(task)) > 1:
         distance, rise = distance / hops, 0.0
     seconds = float(np.clip(0.35 + 0.06 * distance, 0.4, task.seconds(0.35)))
+    if target.kind == "object" and task.intent.has("jump") and rise > 0:
+        # Down onto it, and not along it: what comes flat pushes it away or slides on over it.
+        steep = FLIGHT.steep_leap_ratio * math.sqrt(2 * (distance + rise) / mech.G)
+        seconds = max(seconds, min(steep, _longest_leap(task, rise)))
     kick = act.STEPS.kick_steps * task.clip.step_seconds
     speed, elevation = mech.launch(distance, rise, seconds, kick)
     if elevation < 10.0:
         speed, elevation = mech.launch(distance, rise, seconds * 1.4, kick)
     force = act.toward_or_along(speed, toward=place_name(target), elevation=elevation)
     return [act.push(task.name, force, duration=act.STEPS.kick_steps, label="kick")]
+
+
+def _longest_leap(task: Task, rise: float) -> float:
+    """Seconds of a leap to a place that lies `rise` m higher that the picture shows to its top."""
+    room = free_way(task.layout, task.name, WAYS["up"])
+    if room <= rise:
+        return 0.0
+    upward = math.sqrt(2 * mech.G * min(room, rise + 3 * task.layout.height(task.name)))
+    return (upward + math.sqrt(upward**2 - 2 * mech.G * rise)) / mech.G
 
 
 def _off_somewhere(task: Task) -> Action:

@@ -185,6 +185,7 @@ class _Reader(Meanings):
         sense, kind, objects = self._sense(clause)
         objects = tuple(self._said_before(phrase) for phrase in objects)
         details = details_of(clause, objects, self.stock, self.talk, self.unknown, sense)
+        details.manner |= self._manner_within(clause)
         named = (phrase for _, phrase in clause.places)
         frame = EventFrame(
             knocked_over(sense, details, "over" in clause.adverbs),

@@ -119,6 +119,13 @@ class Meanings(Roles):
         said = {self.tokens[i].text for i in range(verb.start, verb.end)}
         return clause.joint == "before" and not verb.negated and bool(said & {"can", "could"})
 
+    def _manner_within(self, clause: RawClause) -> frozenset[str]:
+        """ "Is slowly pushed": how, between the parts of the verb."""
+        verb = clause.verb
+        assert verb is not None
+        said = (self.tokens[i].text for i in range(verb.start, verb.end - 1))
+        return frozenset(v.MANNERS[word] for word in said if word in v.MANNERS)
+
     def _negated(self, clause: RawClause) -> bool:
         assert clause.verb is not None
         none = any(p.determiner == "no" for p in clause.subjects)

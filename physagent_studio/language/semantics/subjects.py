@@ -111,7 +111,8 @@ class Subjects:
         if thrown and aim is not None and aim.kind == "object" and entry is not None:
             # "Someone throws the ball at the vase and it breaks": not what was thrown.
             gives = entry.sense in ("break", "topple", "collapse") and clause.joint in ("and", "so")
-            return Resolved((aim.name,)) if gives else None
+            whole = Resolved(aim.members or (aim.name,), as_one=bool(aim.members))
+            return whole if gives else None
         if not before.agent:
             return None
         if clause.verb.verb not in v.VERBS or clause.joint not in ("and", "but", "so", ""):

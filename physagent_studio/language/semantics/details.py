@@ -79,8 +79,11 @@ def knocked_over(sense: str, details: Details, over: bool) -> str:
     """ "Is knocked onto its side" is knocked over; "tips a little" only leans."""
     if sense == "topple" and "slight" in details.manner and not over:
         return "lean"
+    off = any(relation in ("off", "from") for relation, _ in details.places)
+    if details.posture not in ("side", "supine", "prone") or off:
+        return sense
     acts = sense in ("push", "pull", "kick", "knock", "hit", "blow")
-    return "knock_over" if acts and details.posture in ("side", "supine", "prone") else sense
+    return "knock_over" if acts else "topple" if sense == "roll" else sense
 
 
 def take_measure(phrase: NounPhrase, details: Details) -> None:

@@ -6,6 +6,7 @@ from physagent_studio.agent.rules.contract.senses.common import (
     POSTURE,
     gone_over,
     hit_as_one,
+    lies_in_the_end,
     lies_on_its_side,
     siblings,
     sideways_fall,
@@ -63,7 +64,7 @@ def push(c: Context) -> list[Spec]:
     spared = c.frame.negated and c.frame.sense == "dislodge"
     touched = [] if spared else touch(c)
     moved = travel(c) if not c.frame.agent else _pushed_away(c)
-    found = [*touched, *moved, *siblings(c), *along(c)]
+    found = [*touched, *moved, *siblings(c), *along(c), *lies_in_the_end(c)]
     if touched and moved:
         found.append(before(touched[0], moved[0]))
     return found
@@ -80,7 +81,7 @@ def _pushed_away(c: Context) -> list[Spec]:
 
 def kick(c: Context) -> list[Spec]:
     """Gets a speed in a moment."""
-    found = [*move(c), spec("speed_between", c.subject, low=0.8)]
+    found = [*move(c), spec("speed_between", c.subject, low=0.8), *lies_in_the_end(c)]
     high = c.frame.posture == "airborne"
     if not high:
         return found

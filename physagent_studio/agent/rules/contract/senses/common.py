@@ -176,6 +176,11 @@ def lies_on_its_side(c: Context) -> list[Spec]:
     return [spec("topples", c.subject, tilt=135.0, negated=True)] if on_side else []
 
 
+def lies_in_the_end(c: Context) -> list[Spec]:
+    """ "Is pushed off the table onto its side": how it ends that goes on."""
+    return posture(c) if c.frame.posture in ("side", "supine", "prone") else []
+
+
 def sideways_fall(c: Context) -> list[Spec]:
     """ "Topples to the left": its middle goes there."""
     frame = c.frame

@@ -10,8 +10,8 @@ from physagent_studio.agent.rules.contract.senses.common import (
     comes_down,
     keeps_standing,
     least_along,
+    lies_in_the_end,
     manner,
-    posture,
     rolls,
     struck_before,
     travel,
@@ -183,8 +183,8 @@ def fall(c: Context) -> list[Spec]:
     if told == "flip":
         found += _flipped_first(c, found[0])
     struck = [before(blow, found[0]) for blow in struck_before(c)[:1]]
-    lies = posture(c) if c.frame.posture in ("side", "supine", "prone") else []
-    return [*found, *along(c), *manner(c), *struck, *_once_there(c, found[0]), *lies]
+    struck += _once_there(c, found[0])
+    return [*found, *along(c), *manner(c), *struck, *lies_in_the_end(c)]
 
 
 def _drop_off(c: Context, off: Place | None) -> float | None:

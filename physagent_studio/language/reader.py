@@ -336,7 +336,8 @@ def _aim_at_what_gives_way(frames: list[EventFrame]) -> None:
         aim = frame.place("at")
         if frame.sense not in _THROWN or frame.negated or aim is None or aim.kind != "object":
             continue
-        if after.patient == (aim.name,) and after.sense in _GIVES_WAY and not after.negated:
+        whole = aim.members or (aim.name,)
+        if after.patient == whole and after.sense in _GIVES_WAY and not after.negated:
             rows = tuple(("against", p) if r == "at" else (r, p) for r, p in frame.places)
             frames[index] = replace(frame, places=rows)  # type: ignore[arg-type]
 

@@ -110,7 +110,8 @@ class Subjects:
         thrown = before.sense in ("throw", "kick", "push") and not before.agent
         if thrown and aim is not None and aim.kind == "object" and entry is not None:
             # "Someone throws the ball at the vase and it breaks": not what was thrown.
-            gives = entry.sense in ("break", "topple", "collapse") and clause.joint in ("and", "so")
+            over = entry.sense in ("break", "topple", "collapse") or "over" in clause.adverbs
+            gives = over and clause.joint in ("and", "so")
             whole = Resolved(aim.members or (aim.name,), as_one=bool(aim.members))
             return whole if gives else None
         if not before.agent:

@@ -366,3 +366,10 @@ def test_how_is_read_between_the_parts_of_a_verb(prompt: str) -> None:
     both = (first("boxes", told) for told in (prompt, prompt.replace("slowly ", "")))
     slow, plain = (program.contract.paces[0].high for program in both)
     assert slow < plain
+
+
+def test_what_is_thrown_at_a_tower_brings_it_down() -> None:
+    told = claims(first("toys", "The toy truck is thrown at the tower and it collapses."))
+    assert {"toy_truck touches red_block", "green_block falls", "blue_block falls"} <= set(told)
+    told = claims(first("living", "Someone throws the ball at the tall vase and it falls over."))
+    assert {"tennis_ball touches tall_vase", "tall_vase topples"} <= set(told)

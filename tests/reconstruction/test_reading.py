@@ -10,17 +10,19 @@ from physagent_studio.benchmark.reconstruction.synthetic import scene
 from physagent_studio.knowledge import support_kind, usual_size
 from physagent_studio.language.hints import called, hints
 from physagent_studio.program.scene.camera import Camera
-from physagent_studio.program.scene.state import Landmark, Ramp, Scale
+from physagent_studio.program.scene.state import Landmark, Ramp, Scale, SceneState, Support
 from physagent_studio.reconstruction.camera import estimate as cues
 from physagent_studio.reconstruction.camera.scale import Measured, solve
 from physagent_studio.reconstruction.photo.ellipses import level_circles
 from physagent_studio.reconstruction.photo.line_segments import segments
 from physagent_studio.reconstruction.supports.clicked import marked_ramp
 from physagent_studio.reconstruction.supports.ramps import (
+    Profile,
     find_profile,
     place_ramp,
 )
 from physagent_studio.reconstruction.supports.stances import read
+from physagent_studio.reconstruction.supports.standing import standing_on
 from physagent_studio.reconstruction.survey.frames import find_frame
 from physagent_studio.reconstruction.survey.landmarks import Shown, resolve
 
@@ -91,6 +93,23 @@ def test_the_top_of_a_pyramid_stands_on_one_of_two_with_its_middle_between_them(
     masks["right"][80:120, 84:124] = True
     assert read(masks)["top"].on in ("left", "right")
     assert read({name: masks[name] for name in ("top", "left")})["top"].on is None
+
+
+@pytest.mark.parametrize(
+    ("foot", "on"), [((100, 90), "ramp"), ((100, 140), "floor"), ((5, 60), "floor")]
+)
+def test_a_foot_well_within_a_slope_that_is_seen_from_above_is_on_it(foot, on):
+    """Neither one before it nor one at its side, whatever the edges of its outline say."""
+    slope = np.zeros((200, 200), bool)
+    slope[40:130, 10:190] = True
+    x, y = foot
+    thing = np.zeros((200, 200), bool)
+    thing[y - 30 : y, max(0, x - 10) : x + 10] = True
+    state = SceneState(supports=(Support(name="ramp"),))
+    profile = Profile(toe=(180.0, 190.0), top=(20.0, 180.0), end=(20.0, 180.0))
+    stances = read({"thing": thing})
+    seen = standing_on(state, stances, {"ramp": slope & ~thing}, {"ramp": profile})
+    assert seen["thing"] == on
 
 
 def test_what_is_behind_something_does_not_stand_on_it():

@@ -64,12 +64,25 @@ def _support_below(
             row = profiles[support.name].surface(stance.foot[0])
             near = max(6.0, 0.25 * stance.height)
             on_it = profiles[support.name].carries(*stance.foot)
+            on_it |= _is_within(stance, regions.get(support.name))
             share = 1.0 if on_it or (row is not None and abs(row - stance.foot[1]) < near) else 0.0
         else:
             share = _share_near(stance, regions.get(support.name))
         if share > 0.3 and (best is None or share > best[0]):
             best = (share, support.name)
     return best[1] if best else None
+
+
+def _is_within(stance: Stance, region: BoolArray | None) -> bool:
+    """Whether a foot is seen well within what a slope covers: the slope goes on below it and to
+    both sides, as it would not where the thing stood before or behind it."""
+    if region is None or not region.any():
+        return False
+    x0, _, x1, _ = stance.box
+    bottom, middle, reach = int(stance.foot[1]), int(stance.foot[0]), max(4, (x1 - x0) // 4)
+    rows = slice(bottom + 1, bottom + 1 + reach)
+    around = region[rows, max(0, middle - 2 * reach) : middle + 2 * reach]
+    return bool(around.size) and float(around.mean()) > 0.95
 
 
 def _share_near(stance: Stance, region: BoolArray | None) -> float:

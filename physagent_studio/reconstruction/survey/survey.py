@@ -108,7 +108,8 @@ def first_sight(state: SceneState, look: Look) -> Sighting:
     usual = {name: _usual(name, look.told, state.scale) for name in look.stances}
     usual = as_toys(usual, {name: stance.extent for name, stance in look.stances.items()})
     profiles = profiles_of(state, look.found, look.size)
-    on = standing_on(state, look.stances, look.regions, profiles)
+    slopes = {name: look.offers[name][0] for name in profiles if look.offers.get(name)}
+    on = standing_on(state, look.stances, {**slopes, **look.regions}, profiles)
     on = on_boards(boards_of(state, look.size[1]), state, look.stances, on)
     shown = shown_in(look, state)
     return Sighting(look, on, _roots(on), usual, profiles, shown)

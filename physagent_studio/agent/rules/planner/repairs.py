@@ -10,8 +10,10 @@ from itertools import product
 import numpy as np
 
 from physagent_studio.agent.roles import Situation
+from physagent_studio.agent.rules.planner.directing import pace_is_pinned
 from physagent_studio.agent.rules.planner.factors import bias_of
 from physagent_studio.agent.rules.planner.parameters import RANGE
+from physagent_studio.agent.rules.scene import mechanics as mech
 from physagent_studio.agent.rules.scene.measures import Layout
 from physagent_studio.agent.rules.schedule import actions as act
 from physagent_studio.agent.rules.schedule.paths import PATH, arc_length
@@ -20,6 +22,7 @@ from physagent_studio.program.base import free_name
 from physagent_studio.program.edits import AddItem, Edit, RemoveItem, SetField
 from physagent_studio.program.scene.materials import touch_of
 from physagent_studio.program.statements import Contacts
+from physagent_studio.program.timing import SLOWEST, retimed
 from physagent_studio.records import Mismatch, Rollout
 
 
@@ -121,13 +124,15 @@ def _is_aimed(action: Action) -> bool:
 
 
 def _harder(mismatch: Mismatch, situation: Situation) -> Iterator[tuple[Edit, ...]]:
-    """A blow that does not fell what it shall: much harder, and a little to either side, so that a
-    group passes it on."""
+    """A blow that does not fell or shift what it shall: much harder, and a little to either side,
+    so that a group passes it on; what is thrown flies the flatter for it."""
     layout, name, program = Layout(situation.program.scene), mismatch.subject, situation.program
     driven = _driven(situation)
     gentler = ("magnitude", -1.0) in bias_of(situation).wanted
-    if mismatch.code != "not_toppled" or not layout.has(name) or name in driven or gentler:
+    if mismatch.code not in _WITHSTANDS or not layout.has(name) or name in driven or gentler:
         return
+    several = len({m.subject for m in situation.assessment.diagnosis if m.code == mismatch.code})
+    asides = REPAIRS.aside_deg if several > 1 else (0.0,)
     for action in program.event.actions:
         force = getattr(action, "force", None)
         if not isinstance(force, Directed) or force.toward is None or action.muted:
@@ -136,12 +141,34 @@ def _harder(mismatch: Mismatch, situation: Situation) -> Iterator[tuple[Edit, ..
             continue
         path = f"event.actions.{action.id}.force"
         for factor in REPAIRS.harder_ratios:
-            speed = min(factor * force.magnitude, RANGE.max_speed_mps)
-            for aside in REPAIRS.aside_deg:
-                yield (
-                    SetField(path=f"{path}.magnitude", value=float(f"{speed:.5g}")),
-                    SetField(path=f"{path}.azimuth", value=round(force.azimuth + aside, 3)),
-                )
+            speed, elevation = _sooner(action.name, force, layout, factor)
+            for aside in asides:
+                edits = [SetField(path=f"{path}.magnitude", value=float(f"{speed:.5g}"))]
+                if aside:
+                    aimed = round(force.azimuth + aside, 3)
+                    edits.append(SetField(path=f"{path}.azimuth", value=aimed))
+                if elevation != force.elevation:
+                    edits.append(SetField(path=f"{path}.elevation", value=round(elevation, 3)))
+                yield tuple(edits)
+                if several == 1 and not pace_is_pinned(situation):
+                    # What is too fast for the eye then is shown slower at once.
+                    slower = max(program.clip.time_factor / factor, SLOWEST)
+                    yield (*edits, *retimed(program, slower))
+
+
+_WITHSTANDS = ("not_toppled", "falls_short", "not_left", "not_fallen")
+
+
+def _sooner(name: str, force: Directed, layout: Layout, factor: float) -> tuple[float, float]:
+    """Speed, m/s, and elevation, degrees, with which it is at its aim so many times sooner."""
+    fastest, tilt = RANGE.max_speed_mps, math.radians(force.elevation)
+    if force.elevation <= 0 or not isinstance(force.toward, str):
+        return min(factor * force.magnitude, fastest), force.elevation
+    way = layout.position(force.toward) - layout.position(name)
+    across = float(np.linalg.norm(way[:2]))
+    seconds = across / max(force.magnitude * math.cos(tilt), 0.01) / factor
+    speed, elevation = mech.launch(across, float(way[2]), max(seconds, across / fastest))
+    return min(speed, fastest), elevation
 
 
 def _bouncier(mismatch: Mismatch, situation: Situation) -> Iterator[tuple[Edit, ...]]:

@@ -11,9 +11,10 @@ import pytest
 from physagent_studio.agent.roles import Situation, Trial
 from physagent_studio.agent.rules import RuleGenerator, RulePlanner, RuleVerifier
 from physagent_studio.agent.rules.planner.parameters import RANGE, material_knobs
-from physagent_studio.agent.rules.planner.repairs import structural
+from physagent_studio.agent.rules.planner.repairs import _sooner, structural
 from physagent_studio.agent.rules.planner.trials import Candidate, score_of
 from physagent_studio.agent.rules.planner.wording import rationale_of
+from physagent_studio.agent.rules.scene.measures import Layout
 from physagent_studio.contract import measure
 from physagent_studio.program import Directed, PhysicalProgram, SetField, apply, value_at
 from physagent_studio.program.edits import AddItem, RemoveItem
@@ -241,6 +242,14 @@ def test_a_blow_that_fells_too_little_is_tried_much_harder() -> None:
     assert "not_toppled" in {m.code for m in situation.assessment.diagnosis}
     edits = [edit for tried in structural(situation) for edit in tried]
     assert {4.0, 7.0} <= {getattr(e, "value", None) for e in edits if e.path == SPEED}
+
+
+def test_a_throw_that_shifts_too_little_is_tried_faster_and_flatter() -> None:
+    force = Directed(magnitude=2.5, toward="middle_pin", elevation=60.0, quantity="target_speed")
+    layout = Layout(situation_of("lane", HITS).program.scene)
+    speed, elevation = _sooner("bowling_ball", force, layout, 4.0)
+    assert speed > 4.0
+    assert elevation < 30.0
 
 
 def test_what_does_not_come_back_is_tried_bouncier_and_faster() -> None:

@@ -74,6 +74,13 @@ _PLAIN = {
         for reverses, backs in (("reverses", "backs"), ("reversing", "backing"))
         for to, said in (("into", "into"), ("toward", "toward towards"), ("off", "off"))
     },
+    **{
+        f"{drives} backwards to": f"{reverses} up to|{backs} up to"
+        for drives, reverses, backs in (
+            ("drives", "reverses", "backs"),
+            ("driving", "reversing", "backing"),
+        )
+    },
     "twice": "a few times|a couple of times|several times",
     "afar": "a long way|a long distance|a great distance",
     "ends_up": "ends up|end up|ended up",

@@ -63,6 +63,12 @@ def test_off_the_top_is_over_the_upper_end(prompt: str) -> None:
     assert any("passes over" in text for text in failed(told))
 
 
+def test_to_the_top_of_a_ramp_is_up_it() -> None:
+    for prompt in ("The ball rolls to the top of the ramp.", "The ball rolls up the ramp."):
+        path = simulate(first(BALL, prompt), {}).positions[:, 0, 2]
+        assert path.max() > path[0] + 0.02
+
+
 def test_a_car_may_face_down_as_it_goes_off_the_top() -> None:
     assert "toy_car passes over ramp_upper_end" in demands(
         STAGES["slope"], "The toy car rolls backwards off the top of the ramp."

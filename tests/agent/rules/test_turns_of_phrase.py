@@ -38,6 +38,8 @@ def one(prompt: str) -> EventFrame:
         ("The ball rolls a long way to the right.", "roll", {"far"}),
         ("The truck backs up into the box.", "move", {"backwards"}),
         ("The truck backs into the box.", "move", {"backwards"}),
+        ("The truck backs up to the box.", "move", {"backwards"}),
+        ("The truck reverses up to the top of the ramp.", "move", {"backwards"}),
         ("The car makes a U-turn.", "turn_around", set()),
         ("The car does a U-turn.", "turn_around", set()),
         ("The ball gets stuck halfway up the ramp.", "stop", set()),

@@ -267,9 +267,14 @@ class Task:
             return None
         return place if ramp.name == place.name else None
 
+    def _to_the_top(self) -> Place | None:
+        """The upper end of a ramp, where it is told to get there."""
+        place = self.intent.place("toward", "at", senses=("move", "roll", "slide", "reach"))
+        return place if place is not None and place.part == "upper_end" else None
+
     def ramp_ahead(self) -> Ramp | None:
         """The ramp that it shall go up."""
-        place = self.intent.place("up") or self.off_the_top()
+        place = self.intent.place("up") or self.off_the_top() or self._to_the_top()
         support = self.layout.state.support(place.name) if place is not None else None
         shape = support.shape if support is not None else None
         return shape if isinstance(shape, Ramp) else None

@@ -20,6 +20,7 @@ def with_blows(frames: list[EventFrame]) -> list[EventFrame]:
     the blow where it only goes in that direction, or where several are spoken of.
     """
     found: list[EventFrame] = []
+    frames = _off_its_support(frames)
     for frame, after in zip_longest(frames, frames[1:]):
         aim = None if after is None else _aim(frame, after)
         if aim is None or after is None:
@@ -31,6 +32,21 @@ def with_blows(frames: list[EventFrame]) -> list[EventFrame]:
             EventFrame("hit", frame.clause, after.patient, frame.patient, as_one=several,
                        link=frame.link)
         )  # fmt: skip
+    return found
+
+
+def _off_its_support(frames: list[EventFrame]) -> list[EventFrame]:
+    """ "Backs up to the top of the ramp and drops off the back": nothing falls off itself; the
+    back is that of the slope which it has got to, over its upper end."""
+    found: list[EventFrame] = []
+    for frame in frames:
+        off = frame.place("off")
+        at = [p for f in found if f.patient == frame.patient for _, p in f.places]
+        tops = [p for p in at if p.kind == "support" and p.part == "upper_end"]
+        if off is not None and off.name in frame.patient and tops:
+            rows = tuple((r, tops[-1] if r == "off" else p) for r, p in frame.places)
+            frame = replace(frame, places=rows, direction=None)
+        found.append(frame)
     return found
 
 

@@ -57,6 +57,13 @@ def test_what_it_is_read_as(prompt: str, sense: str, manner: set[str]) -> None:
     assert not reading(prompt).not_understood
 
 
+def test_what_drops_off_the_back_at_the_top_drops_off_the_slope() -> None:
+    frame = reading("The truck backs up to the top of the ramp and drops off the back.").frames[-1]
+    place = frame.place("off")
+    assert place is not None
+    assert (place.name, place.part, frame.direction) == ("ramp", "upper_end", None)
+
+
 def test_who_is_deflected_and_what_it_goes_off() -> None:
     frame = one("The ball is deflected by the box.")
     place = frame.place("off")

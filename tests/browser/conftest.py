@@ -150,7 +150,9 @@ class Desk:
         self.button("Open…").click()
         self.button("Empty scene").click()
         self.until(lambda: self.snapshot.case and self.snapshot.case.image is None, "a scene")
-        self.tab("Scene")
+        # The page is drawn anew for it, and a click on its old tab goes for nothing.
+        table = self.button("Table")
+        self.until(lambda: self.tab("Scene") or table.is_visible(), "where things are added")
 
     def tab(self, name: str) -> None:
         self.page.get_by_role("tab", name=name).click()

@@ -8,12 +8,14 @@ import numpy as np
 
 from physagent_studio.arrays import BoolArray
 from physagent_studio.contract.facts import Facts
+from physagent_studio.contract.motion import airborne
 from physagent_studio.contract.picture import Sight, sight_of
 from physagent_studio.contract.track import Window, bounded
 from physagent_studio.contract.words import number
 from physagent_studio.program.actions import FixObject
 from physagent_studio.program.contract import Statement
 from physagent_studio.program.program import PhysicalProgram
+from physagent_studio.program.statements import Airborne
 from physagent_studio.records.judgement import Check
 from physagent_studio.records.rollout import Rollout
 
@@ -126,7 +128,8 @@ def in_place(facts: Facts, names: tuple[str, ...]) -> list[Check]:
         told = {s.kind for s in own if not _meets_the_ground(s, facts)}
         if "topples" not in told or not told <= _IN_PLACE:
             continue
-        reach = REACH * _over_its_end(facts, name)
+        above = _over_its_end(facts, name)
+        reach = REACH * above
         places = facts.track(name, facts.whole()).positions[:, :2]
         far = float(np.linalg.norm(places - places[0], axis=1).max())
         text = (
@@ -137,7 +140,7 @@ def in_place(facts: Facts, names: tuple[str, ...]) -> list[Check]:
             view_check("place", name, text, (reach - far) / reach, measured=far, threshold=reach,
                        unit="m")
         )  # fmt: skip
-        if _over_its_end(facts, name) < 1.1 * height_of(facts, name):
+        if above < 1.1 * height_of(facts, name):
             found.append(_not_tossed(facts, name))
     return found
 
@@ -149,11 +152,8 @@ def _meets_the_ground(statement: Statement, facts: Facts) -> bool:
 
 def _not_tossed(facts: Facts, name: str) -> Check:
     """It keeps touching something as it tips over from level ground."""
-    window = facts.whole()
-    free = ~facts.touching_anything(name, window)
-    free &= facts.is_clear(name, window) if free.any() else free
-    ends = np.flatnonzero(np.diff(np.concatenate([[0], free.astype(int), [0]])))
-    longest = float((ends[1::2] - ends[::2]).max(initial=0)) * facts.dt
+    off = Airborne(id="tossed", subject=name, seconds=OFF_GROUND)
+    longest = airborne(off, facts, facts.whole()).value or 0.0
     text = (
         f"{name} is off the ground for at most {number(OFF_GROUND, 's')} as it tips over: "
         f"{number(longest, 's')}: {{answer}}"

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from physagent_studio.agent.rules.scene.measures import FloatArray, Layout
-from physagent_studio.knowledge import kind_of
+from physagent_studio.knowledge import Kind, kind_of
 from physagent_studio.program.rotations import matrix_of
 from physagent_studio.program.scene.forms import Inflated, Meshed
 
@@ -33,8 +33,8 @@ FACING = FacingSettings()
 def long_axis(layout: Layout, name: str) -> tuple[FloatArray, bool]:
     """Level unit axis (3,) of the longer side of its outline, and whether it clearly is longer."""
     item = layout.state.object(name)
-    if item is not None and item.shape is not None and item.shape.kind == "inflated":
-        # Its depth is a guess: how it lies shows in the picture, across which it is seen.
+    if item is not None and isinstance(item.shape, Inflated) and item.shape.turn is None:
+        # It faces the view, and its depth is a guess: how it lies shows in the picture.
         across = np.array([1.0, 0.0, 0.0])
         wide = layout.extent(name, across) + layout.extent(name, -across)
         return across, bool(wide > FACING.min_side_ratio * layout.height(name))
@@ -55,16 +55,9 @@ def likely_front(layout: Layout, name: str) -> FloatArray | None:
     """Level unit direction (3,) in which a thing on wheels, a person or an animal is likely to
     face: as its wheels have it already, else as photographs are taken, with more room before it
     than behind it, or from before it. None for what has no front."""
-    item, kind = layout.state.object(name), kind_of(name)
-    if (
-        kind is not None
-        and kind.shapes == ("inflated",)
-        and (of := kind_of(name.rpartition("_")[0]))
-    ):
-        # A figurine of an animal faces as the animal does.
-        kind = of if of.is_alive else kind
-    if kind is not None and kind.wheels == "any_way" and "back" not in kind.parts:
-        return None
+    item, kind = layout.state.object(name), _facing_as(name)
+    if kind is not None and kind.wheels == "any_way":
+        return before_its_back(layout, name)
     if item is not None and item.wheels is not None:
         angle = math.radians(item.wheels.heading)
         return np.array([math.cos(angle), math.sin(angle), 0.0])
@@ -78,6 +71,14 @@ def likely_front(layout: Layout, name: str) -> FloatArray | None:
     if kind.wheels == "short_axis":
         axis = np.array([-axis[1], axis[0], 0.0])
     return likely_end(layout, name, axis if shown else None)
+
+
+def _facing_as(name: str) -> Kind | None:
+    """The kind whose front a thing has: a figurine of an animal faces as the animal does."""
+    kind = kind_of(name)
+    of = kind_of(name.rpartition("_")[0])
+    is_figure = kind is not None and kind.shapes == ("inflated",)
+    return of if is_figure and of is not None and of.is_alive else kind
 
 
 def before_its_back(layout: Layout, name: str) -> FloatArray | None:

@@ -9,6 +9,7 @@ from physagent_studio.agent.rules import RuleGenerator
 from physagent_studio.agent.rules.scene.facing import before_its_back, likely_front, long_axis
 from physagent_studio.agent.rules.scene.measures import Layout
 from physagent_studio.program.scene.forms import Inflated
+from physagent_studio.program.scene.state import Wheels
 from tests.agent.rules.scenes import Stage
 
 BACKREST = ((-0.2, -0.2, 0.45), (-0.15, 0.2, 0.45), (-0.2, 0.0, -0.45), (0.2, 0.2, 0.0),
@@ -57,3 +58,22 @@ def test_an_animal_that_is_longer_than_high_is_seen_from_its_side(name: str) -> 
     assert abs(axis[0]) == pytest.approx(1)
     assert front is not None
     assert np.abs(front) @ (1, 0, 0) == pytest.approx(1)
+
+
+def test_casters_do_not_say_which_way_an_office_chair_faces() -> None:
+    stage = _stage("office_chair", _seat(1))
+    scene = RuleGenerator().first(stage.case("The office chair falls."), stage.reconstruct).scene
+    wheels = Wheels(heading=90.0)
+    items = tuple(o.model_copy(update={"wheels": wheels}) for o in scene.objects)
+    front = likely_front(Layout(scene.model_copy(update={"objects": items})), "office_chair")
+    assert front == pytest.approx((1, 0, 0))
+
+
+def test_what_is_seen_turned_lies_as_its_plan_does() -> None:
+    shape = Inflated(size=(0.3, 0.3, 0.2), turn=45.0, hull=((0.15, 0.15, 0.1), (-0.15, -0.15, -0.1),
+                     (0.1, 0.15, 0.0), (-0.1, -0.15, 0.0)))  # fmt: skip
+    stage = _stage("cow", shape)
+    scene = RuleGenerator().first(stage.case("The cow falls."), stage.reconstruct).scene
+    axis, shown = long_axis(Layout(scene), "cow")
+    assert shown
+    assert abs(axis @ (1, 1, 0)) > 1.3

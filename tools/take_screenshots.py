@@ -122,7 +122,7 @@ def editing(page: Page) -> None:
 
 def my_verdict(page: Page) -> None:
     """Verdicts are the person's; the repair is accepted, and the event waits for one."""
-    page.get_by_role("button", name="I do myself: decisions").click()
+    page.get_by_role("button", name="Done by me: decisions").click()
     page.get_by_role("button", name="Verdicts", exact=True).click()
     page.get_by_role("button", name="Accept", exact=True).click()
     page.get_by_role("button", name="It matches").click()

@@ -131,6 +131,9 @@ def _showing(session_id: str, round_id: str | None, workspace: Path | None) -> I
         desk = Desk(session, control)
         best = desk.state.best
         if round_id is None and best is None:
-            raise InputError(f"session {session.id} has no simulated round yet")
+            raise InputError(
+                f"session {session.id} has no round that ran;"
+                f" `physagent run {session.id}` goes on, or says what stops it"
+            )
         desk.handle(commands.ShowRound(round_id or (best.id if best else None)))
         yield desk

@@ -104,6 +104,12 @@ def _carried_out(
 
 def _session(request: RunRequest, store: Store, case: Case | None = None) -> Session:
     if is_session(request.target):
+        given = _words_of_a_new_session(request)
+        if given:
+            raise InputError(
+                f"session {request.target} goes on with the event and the marks that it has:"
+                f" leave {given[0]} out, or run the case or the picture anew"
+            )
         return store.open(request.target)
     chosen = case is not None
     if case is None:
@@ -125,6 +131,18 @@ def _session(request: RunRequest, store: Store, case: Case | None = None) -> Ses
         )
     lessons = read_lessons(request.lessons) if request.lessons is not None else ()
     return store.create(case, LoopState(policy="auto", budget=request.rounds, lessons=lessons))
+
+
+def _words_of_a_new_session(request: RunRequest) -> list[str]:
+    """The options given that only a new session can follow."""
+    options = {
+        "--event": request.event,
+        "--prompt": request.prompt,
+        "--object": request.objects,
+        "--annotation": request.annotation,
+        "--lessons": request.lessons,
+    }
+    return [option for option, value in options.items() if value]
 
 
 def is_plain(report: dict[str, Any]) -> bool:

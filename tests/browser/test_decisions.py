@@ -266,7 +266,7 @@ def test_a_pass_is_overruled_to_a_failure_in_my_words(waiting: Desk) -> None:
 def test_i_give_every_verdict_and_repair_it_myself(waiting: Desk) -> None:
     page = waiting.page
     waiting.proposal()
-    waiting.button("I do myself: decisions").click()
+    waiting.button("Done by me: decisions").click()
     for role in ("Verdicts", "Repairs"):
         waiting.button(role).click()
         expect(waiting.button(role)).to_have_attribute("aria-pressed", "true")
@@ -296,7 +296,7 @@ def test_i_give_every_verdict_and_repair_it_myself(waiting: Desk) -> None:
     expect(mine).to_contain_text("Does the scene match the photo?")
     waiting.idle()
     assert [one.author for one in waiting.snapshot.state.rounds][-1] == "person"
-    waiting.button("I do myself: decisions, verdicts, repairs").click()
+    waiting.button("Done by me: decisions, verdicts, repairs").click()
     waiting.button("Verdicts").click()
     waiting.button("Repairs").click()
     expect(mine).to_be_hidden()

@@ -86,8 +86,8 @@ function roles(run, unfolded, unfold) {
   const own = ROLES.filter(([role]) => chosen(role)).map(([, text]) => text.toLowerCase());
   const mine = run.policy === "auto" ? own : ["decisions", ...own];
   return h("div", { class: "roles" },
-    h("button", { class: "link", type: "button", "aria-expanded": String(unfolded), onclick: unfold, title: "Roles that you take over for good: the program waits for you there" }, `I do myself: ${mine.join(", ") || "nothing"}`),
-    unfolded ? h("div", { class: "row wrap", role: "group", "aria-label": "What I do myself" },
+    h("button", { class: "link", type: "button", "aria-expanded": String(unfolded), onclick: unfold, title: "Roles that you take over for good: the program waits for you there" }, `Done by me: ${mine.join(", ") || "nothing"}`),
+    unfolded ? h("div", { class: "row wrap", role: "group", "aria-label": "What is done by me" },
       ROLES.map(([role, text, title]) => h("button", { class: "b small", key: role, type: "button", title: role === "generator" && run.started ? "The first program has run already" : title,
         disabled: role === "generator" && run.started && !chosen(role), "aria-pressed": String(chosen(role)), onclick: () => send({ do: "role", role, on: !chosen(role) }) }, text))) : null);
 }

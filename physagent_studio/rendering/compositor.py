@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -12,6 +12,7 @@ from physagent_studio.errors import InputError
 from physagent_studio.program.scene.bodies import Granular
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.records.scene import Mesh, Scene
+from physagent_studio.rendering import heaps
 from physagent_studio.rendering.backdrop import PALETTE, draw_backdrop
 from physagent_studio.rendering.batch import Batch
 from physagent_studio.rendering.blend import blend_hidden, blend_outlines
@@ -30,8 +31,8 @@ class _Posed:
     """Everything at some poses, not yet drawn. world, points: (V, 3) in the world and from the
 
     camera. turned: (N, 4). soft: whether anything is deformed. torn: (F,) what has come apart.
-    cast: what the pixels would see without supports, hidden: (K,) what of it those hide, hits: the
-    rest.
+    loose: (F,) crumbs of heaps that have run. cast: what the pixels would see without supports,
+    hidden: (K,) what of it those hide, hits: the rest.
     """
 
     world: FloatArray
@@ -39,6 +40,7 @@ class _Posed:
     turned: FloatArray
     soft: bool
     torn: NDArray[np.bool_] | None
+    loose: NDArray[np.bool_]
     cast: Hits
     hidden: NDArray[np.bool_]
     hits: Hits
@@ -121,6 +123,7 @@ class Compositor:
             each = 1 - standing
             backdrop = self._mirror.drawn(backdrop, pose.world, pose.turned, pose.soft, each)
         colors = self._skin.colors(pose.hits, pose.turned, pose.world if pose.soft else None)
+        colors = self._as_sand(pose, colors)
         frame = self._composed(pose, backdrop, colors, standing)
         if pose.hidden.any():
             behind = pose.cast.pixel[pose.hidden]
@@ -180,10 +183,13 @@ class Compositor:
         world = self._batch.placed(where, turned, deformed)
         points = self._to_camera(world)
         torn = self._batch.torn(world) if deformed else None
+        loose = self._loose(vertices or {})
         cast = self._cast(points, torn)
+        for mine, running in self._heaps(cast, loose):
+            cast = heaps.closed(cast, mine, running, self.lens)
         hidden = self._stage.hidden(cast, self._owner(cast), self._tolerance)
         hits = _chosen(cast, ~hidden)
-        return _Posed(world, points, turned, bool(deformed), torn, cast, hidden, hits)
+        return _Posed(world, points, turned, bool(deformed), torn, loose, cast, hidden, hits)
 
     def _seen(self, hits: Hits) -> tuple[NDArray[np.int16], NDArray[np.float32]]:
         """(H, W) ids, −1 for none, and depth, m."""
@@ -220,6 +226,32 @@ class Compositor:
                 )
             deformed[index] = places if crumbs is None else crumbs.placed(places)
         return deformed
+
+    def _loose(self, vertices: Mapping[str, FloatArray]) -> NDArray[np.bool_]:
+        """(F,) the crumbs of heaps that have come loose."""
+        loose = np.zeros(len(self._batch.faces), bool)
+        for index, crumbs in self._crumbs.items():
+            if self.names[index] in vertices:
+                own = self._batch.face_owner == index
+                loose[own] = crumbs.loose(np.asarray(vertices[self.names[index]], float))
+        return loose
+
+    def _heaps(
+        self, hits: Hits, loose: NDArray[np.bool_]
+    ) -> Iterator[tuple[NDArray[np.bool_], NDArray[np.bool_]]]:
+        """Of each heap that has run, (K,) the hits of it and those of its loose crumbs."""
+        for index in self._crumbs if loose.any() else ():
+            mine = self._owner(hits) == index
+            running = mine & loose[hits.face]
+            if running.any():
+                yield mine, running
+
+    def _as_sand(self, pose: _Posed, colors: NDArray[np.float32]) -> NDArray[np.float32]:
+        for mine, running in self._heaps(pose.hits, pose.loose):
+            heap = heaps.heap_of(pose.hits, mine, running, self.lens)
+            grain = self._skin.grain(pose.hits)
+            colors = heaps.as_sand(heap, pose.hits, colors, grain, self.lens)
+        return colors
 
     def _to_camera(self, world: FloatArray) -> FloatArray:
         return (world - np.array(self._camera.position)) @ self._matrix

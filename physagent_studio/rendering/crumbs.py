@@ -71,11 +71,15 @@ class Crumbs:
         faces = np.arange(3 * len(self.corners), dtype=np.int32).reshape(-1, 3)
         return replace(mesh, vertices=self.rest.reshape(-1, 3), faces=faces, uv=uv)
 
+    def loose(self, vertices: FloatArray) -> NDArray[np.bool_]:
+        """(F,) which crumbs have come loose where the skin's vertices (V, 3) are now."""
+        return self._loose(self._ratio(self.weights @ vertices[self.corners]))
+
     def placed(self, vertices: FloatArray) -> FloatArray:
         """(3 F, 3) the corners where the skin's vertices (V, 3) are now, any frame, m."""
         now = self.weights @ vertices[self.corners]
-        ratio = _edges(now) / np.maximum(_edges(self.rest), 1e-12)
-        loose = (ratio > STRAINED).any(1) | (ratio < 1 / STRAINED).any(1)
+        ratio = self._ratio(now)
+        loose = self._loose(ratio)
         if loose.any():
             own = self.rest[loose] - self.rest[loose].mean(1, keepdims=True)
             own *= np.clip(ratio[loose].max(1), 1.0, GROWN)[:, None, None]
@@ -83,6 +87,14 @@ class Crumbs:
             turn = _frames(now[loose]) @ self.tilts[loose] @ back
             now[loose] = now[loose].mean(1, keepdims=True) + own @ turn.transpose(0, 2, 1)
         return now.reshape(-1, 3)
+
+    def _ratio(self, now: FloatArray) -> FloatArray:
+        return _edges(now) / np.maximum(_edges(self.rest), 1e-12)
+
+    @staticmethod
+    def _loose(ratio: FloatArray) -> NDArray[np.bool_]:
+        longest, least = ratio.max(axis=1), ratio.min(axis=1)
+        return (longest > STRAINED) | (least < 1 / STRAINED)
 
 
 def _halved(weights: FloatArray, edge: NDArray[np.int64]) -> FloatArray:

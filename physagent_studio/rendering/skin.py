@@ -17,6 +17,12 @@ from physagent_studio.rendering.lit import Paint, lit
 from physagent_studio.rendering.raster import FloatArray, Hits, Lens, between
 
 _SAME = 1e-12
+GRAIN, ROUGHEST = 8.0, 25.0
+"""How many times coarser a texture is from which its grain is told, and the most that the grain
+brightens or darkens, grey levels: more is a picture, a window's frame."""
+_CELLS = 6
+_NOISE = np.random.default_rng(0).normal(size=99991).astype(np.float32)
+"""Noise for each of the cells along a face's edges; a crumb goes along with its own."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -73,7 +79,17 @@ class Skin:
         shade = np.einsum("ki,ki->k", hits.weights, bright[hits.face])
         return np.clip(colors * shade[:, None], 0, 255).astype(np.float32)
 
-    def _painted(self, hits: Hits) -> NDArray[np.float32]:
+    def grain(self, hits: Hits) -> NDArray[np.float32]:
+        """Grey levels (K,) of the fine grain of the textures, and of noise as rough where a side
+        that the photo does not show has none."""
+        fine, coarse = self._painted(hits), self._painted(hits, GRAIN)
+        own = np.clip((fine - coarse).mean(1), -ROUGHEST, ROUGHEST)
+        seen = np.abs(own[own != 0])
+        usual = float(np.median(seen)) if len(seen) else 0.0
+        cell = (hits.weights[:, :2] * _CELLS).astype(np.int64) @ (1, _CELLS)
+        return own + usual * _NOISE[(hits.face * _CELLS**2 + cell) % len(_NOISE)]
+
+    def _painted(self, hits: Hits, coarser: float = 1.0) -> NDArray[np.float32]:
         colors = np.empty((len(hits.pixel), 3), np.float32)
         uv = between(hits, self.batch.uv, self.batch.faces)
         owner = self.batch.face_owner.astype(np.int16)[hits.face]
@@ -83,7 +99,7 @@ class Skin:
             mine = order[start[index] : start[index + 1]]
             if len(mine):
                 shrink = self.detail[index] * float(hits.depth[mine].mean())
-                colors[mine] = paint.sample(uv[mine], shrink)
+                colors[mine] = paint.sample(uv[mine], max(shrink, 1.0) * coarser)
         return colors
 
     def _lit(

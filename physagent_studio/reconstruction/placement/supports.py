@@ -136,7 +136,9 @@ def _slab(
     if region is None:
         width, height = read.camera.size
         region = np.zeros((height, width), bool)
-    return fit_slab(read.camera, top, region, found, feet, halves, clicks, thickness, beyond)
+    boxed = support.grounding.box is not None
+    sides = (clicks, thickness, beyond)
+    return fit_slab(read.camera, top, region, found, feet, halves, *sides, boxed=boxed)
 
 
 def _is_fitted(support: Support, read: Survey) -> bool:

@@ -57,13 +57,16 @@ def fit_slab(
     clicks: Sequence[tuple[float, float]],
     thickness: float,
     beyond: float = math.inf,
+    *,
+    boxed: bool = False,
 ) -> Slab | None:
     """The slab whose top at height `top` shows as `region` in the picture.
 
     found: edges of the picture. standing: pixels of the feet of what stands on it, with half
     the width of each (pixels): the middle of its base, behind the foot, lies on the top.
     clicks: pixels that a person gave; four or more clicks are the corners of the top. beyond:
-    how far it goes on outside the picture at most, m.
+    how far it goes on outside the picture at most, m. boxed: a person drew a box around it, so
+    that in the picture it ends where the region does.
     None where nothing of the plane is in view.
     """
     if len(clicks) >= 4:
@@ -85,8 +88,9 @@ def fit_slab(
         return None
     edges = _nearer_counts_more(_edges_on_plane(camera, top, region, found), seeds)
     yaw = _main_direction(edges)
-    limits, bounded = _limits(camera.position[2] - top, yaw, (seeds, halves), edges, area)
-    limits = _past_unseen_ends(camera, top, region, yaw, limits, bounded, beyond)
+    over = 0.0 if boxed else camera.position[2] - top
+    limits, bounded = _limits(over, yaw, (seeds, halves), edges, area)
+    limits = _past_unseen_ends(camera, top, region, yaw, limits, bounded, beyond, boxed)
     return _slab(yaw, limits, top, thickness)
 
 
@@ -263,10 +267,12 @@ def _past_unseen_ends(
     limits: FloatArray,
     bounded: BoolArray,
     beyond: float,
+    boxed: bool,
 ) -> FloatArray:
     """Limits pushed out where no edge ends the top, from the picture's rim where it gets there.
 
-    bounded: (4,) sides where an edge is seen. beyond: how far at most, m.
+    bounded: (4,) sides where an edge is seen. beyond: how far at most, m. boxed: not at all but
+    from the rim.
     """
     rim = np.zeros_like(region)
     rim[:, :3] = rim[:, -3:] = True
@@ -278,8 +284,11 @@ def _past_unseen_ends(
     for k in np.flatnonzero(~bounded):
         length = limits[k] + limits[(k + 2) % 4]
         farthest = float((places @ directions[k]).max(initial=-math.inf))
-        seen = max(limits[k], farthest) if farthest > limits[k] - 0.3 * length else limits[k]
-        out[k] = seen + min(SLAB.unseen_end_ratio * length, beyond)
+        leaves = farthest > limits[k] - 0.3 * length
+        seen = max(limits[k], farthest) if leaves else limits[k]
+        if leaves or not boxed:
+            seen += min(SLAB.unseen_end_ratio * length, beyond)
+        out[k] = seen
     return out
 
 

@@ -8,7 +8,7 @@ from physagent_studio.agent.rules import RuleGenerator
 from physagent_studio.contract.measure import measure
 from physagent_studio.program import PhysicalProgram
 from physagent_studio.program.rotations import matrix_of
-from physagent_studio.program.scene.state import Box, Cylinder
+from physagent_studio.program.scene.state import Box, Cylinder, Sphere
 from physagent_studio.simulation import simulate
 from tests.agent.rules.scenes import STAGES, Stage
 
@@ -71,3 +71,23 @@ def test_what_is_round_rolls_on_when_it_lies(prompt: str, way: int) -> None:
     assert abs(upright) < 0.3
     assert abs(rollout.positions[early, tin, 0]) < 0.06
     assert way * rollout.positions[-1, tin, 0] > 0.2
+
+
+@pytest.mark.parametrize(
+    "prompt",
+    [
+        "The domino falls over to the right and knocks the ball away.",
+        "The domino topples to the right and pushes the ball away.",
+    ],
+)
+def test_what_falls_over_and_knocks_a_near_thing_away_falls_onto_it(prompt: str) -> None:
+    things = {
+        "domino": (Box(size=(0.05, 0.1, 0.24)), (-0.1, 3.0, 0.12), "floor"),
+        "ball": (Sphere(radius=0.04), (0.06, 3.0, 0.04), "floor"),
+    }
+    yard = Stage("yard", things)
+    program = RuleGenerator().first(yard.case(prompt), yard.reconstruct)
+    (tip,) = program.event.actions
+    assert tip.id == "tip_domino"
+    kinds = {statement.kind for statement in program.contract.statements}
+    assert {"topples", "contacts", "moves"} <= kinds

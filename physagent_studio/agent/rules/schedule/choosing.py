@@ -242,7 +242,8 @@ def _tips_onto(task: Task) -> bool:
         return False
     told = [frame.sense for frame in task.intent.frames if not frame.negated]
     over = next((k for k, sense in enumerate(told) if sense in _OVER), 0)
-    if {"roll", "slide", "move", "drift", "push"} & {*told} or "hit" in told[:over]:
+    own = {f.sense for f in task.intent.frames if not f.negated and task.name not in f.agent}
+    if {"roll", "slide", "move", "drift", "push"} & own or "hit" in told[:over]:
         return False
     return layout.gap(task.name, hits[0]) < layout.height(task.name)
 

@@ -65,7 +65,22 @@ def split(chunks: Sequence[Chunk]) -> tuple[RawClause, ...]:
             found.append(_without(found[-1], chunks[spared:cut], spared, cut))
         if cut < end:
             found.append(RawClause(None, start=cut, end=end))
-    return tuple(_resumed(_taken_up(found, chunks)))
+    return tuple(_resumed(_passive_on(_taken_up(found, chunks))))
+
+
+def _passive_on(found: Sequence[RawClause]) -> list[RawClause]:
+    """ "Is picked up and put into the cup": what is done to it goes on without another "is"."""
+    out: list[RawClause] = []
+    for clause in found:
+        verb, before = clause.verb, out[-1].verb if out else None
+        joined = clause.joint in ("", "and", "then") and not clause.objects
+        if (
+            verb is not None and before is not None and before.passive and verb.form == "pp"
+            and joined and not clause.subjects and not clause.relative
+        ):  # fmt: skip
+            clause = replace(clause, verb=replace(verb, passive=True))
+        out.append(clause)
+    return out
 
 
 def _first_sentence(chunks: Sequence[Chunk], verb: int) -> int:

@@ -94,6 +94,13 @@ _PLAIN = {
     "on its left side|to its left side|onto its right side|on its right side|to its right side|"
     "over to its side|over to its left side|over to its right side",
     "inverted": "upside down",
+    "lifts": "picks up|takes up",
+    "lift": "pick up|take up",
+    "lifting": "picking up",
+    "lifted": "picked up|taken up",
+    "lifted off": "taken off|taken from",
+    "briefly": "for a moment|for a second|for a while|for a bit|for an instant|for a short time",
+    "stays airborne": "held in the air|held up in the air|held aloft|held in mid air",
     "airborne": "in the air|through the air|in mid air|into the air",
     "motionless": "on the spot|in place|at rest",
     "where_it_started": "where it started|where it came from",

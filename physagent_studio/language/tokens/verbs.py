@@ -83,13 +83,14 @@ VERBS: dict[str, Verb] = {
     **_verbs("move", {"move": "creep inch crawl plod slink tiptoe trudge"}, ("slow",)),
     **_verbs("act", {"push": "nudge"}, ("gentle",)),
     **_verbs("act", {"push": "flick"}, ("flicked",)),
-    **_verbs("act", {"put": "put place"}),
+    **_verbs("act", {"set_down": "put place", "rise": "grab grasp"}),
+    **_verbs("act", {"push": "carry bring"}, ("carried",)),
     **_verbs("act", {"pull": "remove withdraw extract"}, ("out",)),
     **_verbs(
         "act",
         {
-            "push": "push shove putt press poke prod propel bump_away force carry "
-            "bring sweep bat paw swipe deliver",
+            "push": "push shove putt press poke prod propel bump_away force "
+            "sweep bat paw swipe deliver",
             "pull": "pull drag tug tow yank draw",
             "kick": "kick boot punt",
             "throw": "throw toss hurl fling lob pitch launch shoot yeet chuck heave catapult sling",

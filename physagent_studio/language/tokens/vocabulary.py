@@ -76,7 +76,8 @@ FILLERS = words_of(
     "again afterwards afterward thereby instead soon later now initially first meanwhile please "
     "suddenly still completely fully entirely quite very too so well thus hence "
     "therefore already only even once there here subsequently next under freely "
-    "perfectly cleanly really squarely anywhere somewhat promptly soon just out closer nearer"
+    "perfectly cleanly really squarely anywhere somewhat promptly soon just out closer nearer "
+    "briefly"
 )
 TIMINGS: dict[str, str] = {"successively": "in_turn", "simultaneously": "together"}
 """How several that do the same stand to each other in time."""

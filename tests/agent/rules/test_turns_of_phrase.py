@@ -99,10 +99,6 @@ def test_what_is_set_down_is_raised_first() -> None:
         assert all(check.ok for check in checks if check.demanded and not check.always_on)
 
 
-def test_what_is_put_elsewhere_is_not_tested_and_says_so() -> None:
-    assert program_of("kitchen", "The mug is put on the plate.").contract.untested
-
-
 def test_it_leans_on_what_it_touches_in_the_end() -> None:
     program = program_of("bar", "The wine bottle falls over and leans against the wine glass.")
     told = {claim(s, program) for s in program.contract.statements}

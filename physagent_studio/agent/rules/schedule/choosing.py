@@ -27,7 +27,9 @@ def script_for(task: Task) -> Script:
         return scripts.let_go
     if intent.has("float") or _sinks(task):
         return scripts.float_down
-    if intent.frames and intent.frames[0].sense in ("rise", "set_down"):
+    if _is_carried(task):
+        return scripts.carry
+    if intent.frames and intent.frames[0].sense == "rise":
         return scripts.lift
     if task.ramp_ahead() is not None:
         return scripts.up_ramp
@@ -61,6 +63,25 @@ def script_for(task: Task) -> Script:
     if task.wheels is not None and scripts.turns_off(task):
         return scripts.drive
     return _by_sense(task)
+
+
+def _is_carried(task: Task) -> bool:
+    """Whether a hand takes what stands there up, and brings it elsewhere or puts it down."""
+    if task.layout.carrier(task.name) is None:
+        return False
+    own = [f for f in task.intent.frames if not f.negated and task.name not in f.agent]
+    first = own[0].sense if own else ""
+    by_hand = any("carried" in f.manner and not f.agent for f in own)
+    brought = any(
+        f.sense in ("set_down", "descend")
+        or (f.sense in _BROUGHT and (f.places or f.direction))
+        or (f.sense in ("fall", "land") and any(p.kind == "object" for _, p in f.places))
+        for f in own[1:]
+    )
+    return by_hand or first == "set_down" or (first == "rise" and brought)
+
+
+_BROUGHT = ("move", "push", "pull", "drift")
 
 
 def _stays_there(task: Task) -> bool:

@@ -34,7 +34,7 @@ from physagent_studio.agent.rules.contract.specs import (
     spec,
     ways_of,
 )
-from physagent_studio.agent.rules.scene.measures import level, named_way, place_name
+from physagent_studio.agent.rules.scene.measures import WAYS, level, named_way, place_name
 from physagent_studio.agent.rules.scene.steps import descents
 from physagent_studio.knowledge import kind_of
 from physagent_studio.language import Place
@@ -270,14 +270,21 @@ def descend(c: Context) -> list[Spec]:
 
 def set_down(c: Context) -> list[Spec]:
     """Comes down gently onto what carries it then; what stands there already is raised first."""
-    below = c.frame.place("on", "in", "atop")
+    below = c.frame.place("on", "onto", "in", "into", "atop")
     if c.layout.carrier(c.subject) is None or (below is not None and below.kind == "landmark"):
         return descend(c)
     far = c.length(0.3, 0.015, 0.1)
     up = [] if was_raised(c) else [spec("moves", c.subject, distance=far, direction="up")]
     carrier = c.layout.carrier(c.subject) if below is None else below.name
-    down = [spec("falls", c.subject, drop=far), spec("reaches", c.subject, other=carrier)]
-    return [*up, *down, *(one for one in along(c) if one.kind == "lands_in"), *manner(c)]
+    inside = [one for one in along(c) if one.kind == "lands_in"]
+    there = inside or [spec("reaches", c.subject, other=carrier)]
+    aside = [spec("moves", c.subject, distance=far, direction=w) for w in c.ways() if w in WAYS]
+    if (by := c.frame.place("near")) is not None and c.layout.is_known(place_name(by)):
+        close = c.length(1.6, 0.1, 0.6)
+        there.append(spec("stops", c.subject, near=place_name(by), distance=close))
+    # Gently is said of how it is set down, and not of how fast it goes along on the level.
+    slowly = [one for one in manner(c) if one.kind != "speed_between"]
+    return [*up, spec("falls", c.subject, drop=far), *there, *aside, *slowly]
 
 
 def float_down(c: Context) -> list[Spec]:
@@ -297,6 +304,8 @@ _ALOFT = ("rise", "hang", "stay", "spin", "turn")
 def rise(c: Context) -> list[Spec]:
     """Goes up, and stays there unless more is said of it."""
     found = _upward(c)
+    if (over := c.frame.place("over")) is not None and over.kind == "object":
+        found += along(c)
     further = any(f.sense not in _ALOFT for f in c.later)
     if further or c.frame.place("on", "onto", "in", "into", "over", "above") is not None:
         return found

@@ -211,21 +211,7 @@ def lift(task: Task) -> list[Action]:
         act.push(task.name, up, start=first, duration=half, label="lift"),
         act.push(task.name, slow, start=first + half, duration=half, label="slow"),
     ]
-    if task.intent.has("descend", "set_down"):
-        # "Is lifted and set down again": as it went up, after a moment.
-        down = first + 2 * half + act.STEPS.hang_steps
-        actions += [
-            act.push(
-                task.name,
-                hold,
-                start=first + 2 * half,
-                duration=down - first - 2 * half,
-                label="hold",
-            ),
-            act.push(task.name, slow, start=down, duration=half, label="lower"),
-            act.push(task.name, up, start=down + half, duration=half, label="set_down"),
-        ]
-    elif not task.intent.has("fall", "land"):
+    if not task.intent.has("fall", "land"):
         rest = task.clip.steps - first - 2 * half
         actions.append(
             act.push(task.name, hold, start=first + 2 * half, duration=rest, label="hold")

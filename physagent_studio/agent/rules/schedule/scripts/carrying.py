@@ -1,0 +1,227 @@
+"""Picked up and put down: what a hand does with a thing, as forces that carry its weight.
+
+It is raised, brought along on the level and let down, each gaining speed for half of its time and
+losing it for the other half, so that it is at rest in between and does not swing.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from physagent_studio.agent.rules.contract.specs import ways_of
+from physagent_studio.agent.rules.scene import mechanics as mech
+from physagent_studio.agent.rules.scene.framing import free_way, good_way
+from physagent_studio.agent.rules.scene.measures import (
+    WAYS,
+    FloatArray,
+    Layout,
+    level,
+    place_name,
+    unit,
+)
+from physagent_studio.agent.rules.schedule import actions as act
+from physagent_studio.agent.rules.schedule.scripts.task import SIDE_WAYS, Task
+from physagent_studio.language import Place
+from physagent_studio.program.actions import Action, Direction
+from physagent_studio.program.scene.state import Slab
+
+
+@dataclass(frozen=True, slots=True)
+class CarryingSettings:
+    """How high things are carried, and how long that takes."""
+
+    rise_sizes: float = 0.9  # own sizes, 0.2..1.5: lower is hardly seen to be lifted
+    clear_sizes: float = 0.25  # own sizes, 0.1..1: over what it is carried across
+    min_clear_m: float = 0.03  # m, 0.01..0.1: likewise, for what is small
+    beside_sizes: float = 0.3  # own sizes, 0.1..1: between it and what it is put down beside
+    release_m: float = 0.003  # m, 0.001..0.01: above what it is put on, where it is let go
+    sunk_share: float = 0.5  # 0..0.9: of a vessel's height, down to which it is let into it
+    whole_share: float = 0.75  # of the clip, 0.5..0.85: in which all of it happens
+    # 1..2.5: over the time in which it is raised or let down, of that in which it is brought along
+    along_ratio: float = 1.4
+    most_sizes: float = 4.0  # own sizes, 1..10: most that it is brought along where none is told
+
+
+CARRYING = CarryingSettings()
+_VESSEL = ("in", "into", "inside")
+_TO = ("near", "to", "toward", "at", "against")
+_UPON = ("on", "onto", "atop", *_VESSEL)
+
+
+@dataclass(frozen=True, slots=True)
+class _Goal:
+    """Where it ends. offset: (3,) level way, m. base: height of what is under it then, m; None
+    where it is held in the air to the end."""
+
+    offset: FloatArray
+    base: float | None
+
+
+def carry(task: Task) -> list[Action]:
+    """Raised, brought to where it shall be, and put down, let fall or held there."""
+    layout = task.layout
+    goal = _goal(task)
+    own_base = float(layout.position(task.name)[2]) - layout.height(task.name) / 2
+    rise = _rise(task, goal, own_base)
+    moves = [(rise, WAYS["up"], 1.0, "lift")]
+    away = float(np.linalg.norm(goal.offset))
+    if away > 1e-3:
+        moves.append((away, unit(goal.offset), CARRYING.along_ratio, "carry"))
+    dropped = task.intent.has("fall", "land") and not task.intent.has("set_down")
+    if goal.base is not None and not dropped:
+        down = rise + own_base - goal.base - CARRYING.release_m
+        moves.append((down, WAYS["down"], 1.0, "lower"))
+    return _moves(task, moves, held=goal.base is None and not dropped)
+
+
+def _moves(
+    task: Task, moves: list[tuple[float, FloatArray, float, str]], *, held: bool
+) -> list[Action]:
+    """Its weight carried, and forces that bring it by ways (m, unit direction (3,), share of the
+    time, label), one after the other with a moment between them. held: aloft to the end."""
+    dt, first = task.clip.step_seconds, act.STEPS.first_step
+    start, pushes = first, []
+    total = sum(share for *_, share, _ in moves)
+    for way, direction, share, label in moves:
+        part = CARRYING.whole_share * share / total
+        half = max(round(task.seconds(part) / 2 / dt), 2)
+        gain = way / (half * dt) ** 2
+        forward, back = (
+            act.toward_or_along(gain, **_along(side * direction), quantity="acceleration")
+            for side in (1, -1)
+        )
+        pushes += [
+            act.push(task.name, forward, start=start, duration=half, label=label),
+            act.push(task.name, back, start=start + half, duration=half, label=f"{label}_slow"),
+        ]
+        start += 2 * half + act.STEPS.hang_steps
+    end = task.clip.steps if held else start - act.STEPS.hang_steps
+    weight = act.toward_or_along(mech.G, way="up", quantity="acceleration")
+    return [act.push(task.name, weight, start=first, duration=end - first, label="hold"), *pushes]
+
+
+def _along(direction: FloatArray) -> dict[str, Any]:
+    """How a force along an upright or level unit direction (3,) is told."""
+    if abs(direction[2]) > 0.5:
+        return {"way": "up" if direction[2] > 0 else "down"}
+    return {"vector": direction}
+
+
+def _rise(task: Task, goal: _Goal, own_base: float) -> float:
+    """How high it is raised, m: over what it is put on and what it is carried across."""
+    layout = task.layout
+    clear = max(CARRYING.clear_sizes * layout.height(task.name), CARRYING.min_clear_m)
+    tops = [goal.base] if goal.base is not None else []
+    if (place := _into(task)) is not None:
+        tops.append(_top(layout, place))
+    tops += [_top(layout, other) for other in _across(task, goal.offset)]
+    least = max((top - own_base + clear for top in tops), default=0.0)
+    wanted = max(CARRYING.rise_sizes * layout.size(task.name), CARRYING.min_clear_m)
+    return max(min(wanted, free_way(layout, task.name, WAYS["up"])), least, clear)
+
+
+def _across(task: Task, offset: FloatArray) -> list[str]:
+    """The things that it would meet on a level way (3,), m."""
+    layout, distance = task.layout, float(np.linalg.norm(offset))
+    if distance < 1e-3:
+        return []
+    way = unit(offset)
+    aside = np.array([-way[1], way[0], 0.0])
+    found = []
+    for item in layout.state.objects:
+        if item.name == task.name or not layout.has(item.name):
+            continue
+        away = layout.position(item.name) - layout.position(task.name)
+        wide = layout.extent(task.name, aside) + layout.extent(item.name, -aside)
+        reach = layout.extent(task.name, way) + layout.extent(item.name, -way)
+        if -reach < float(away @ way) < distance + reach and abs(float(away @ aside)) < wide:
+            found.append(item.name)
+    return found
+
+
+def _top(layout: Layout, name: str) -> float:
+    """Height of the top of a thing, m."""
+    return float(layout.position(name)[2]) + layout.height(name) / 2
+
+
+def _into(task: Task) -> str | None:
+    """The thing that it shall end in."""
+    place = task.intent.place(*_VESSEL)
+    known = place is not None and place.kind == "object" and task.layout.has(place.name)
+    return place.name if place is not None and known else None
+
+
+def _goal(task: Task) -> _Goal:
+    """Where it is brought: onto a thing or a support, beside a thing, a way along, or nowhere."""
+    layout = task.layout
+    here = layout.position(task.name)
+    under = here[2] - layout.height(task.name) / 2
+    put_down = task.intent.has("set_down", "descend", "fall", "land")
+    nowhere = np.zeros(3)
+    for frame in reversed(task.intent.frames):
+        for relation, place in frame.places:
+            if relation in ("off", "from") or place.name == task.name:
+                continue
+            if (goal := _at(task, relation, place)) is not None:
+                return goal
+    if (way := _level_way(task)) is not None:
+        far = min(
+            good_way(layout, task.name, WAYS[way]),
+            CARRYING.most_sizes * layout.size(task.name),
+        )
+        return _Goal(WAYS[way] * (task.far or far), float(under) if put_down else None)
+    return _Goal(nowhere, float(under) if put_down else None)
+
+
+def _level_way(task: Task) -> Direction | None:
+    """The way to the side that is said: "is lifted up and carried off to the left"."""
+    said = [frame for frame in task.intent.frames if frame.direction not in (None, "up", "down")]
+    for frame in said:
+        for way in ways_of(frame.direction, frame, task.name, task.layout):
+            return way
+    return None
+
+
+def _at(task: Task, relation: str, place: Place) -> _Goal | None:
+    """On, in or beside a thing, or on a support; None where that says nothing of where."""
+    layout, name = task.layout, place_name(place)
+    here = layout.position(task.name)
+    if place.kind == "object" and layout.has(name):
+        away = level(layout.position(name) - here)
+        top, high = _top(layout, name), layout.height(name)
+        if relation in _VESSEL:
+            return _Goal(away, top - CARRYING.sunk_share * high)
+        if relation in _UPON:
+            return _Goal(away, top)
+        if relation in SIDE_WAYS or relation in _TO:
+            side = WAYS[SIDE_WAYS[relation]] if relation in SIDE_WAYS else -unit(away)
+            room = layout.extent(name, side) + layout.extent(task.name, -side)
+            room += CARRYING.beside_sizes * layout.size(task.name)
+            return _Goal(away + side * room, top - high)
+    support = layout.state.support(place.name)
+    if relation not in _UPON or support is None or layout.base(task.name) == place.name:
+        return None
+    if isinstance(support.shape, Slab):
+        return _Goal(_onto_slab(layout, task.name, support.shape), _slab_top(support.shape))
+    edge = layout.nearest_edge(task.name)
+    if edge is None or place.name != layout.ground():
+        return None
+    way, distance = edge
+    return _Goal(way * (distance + 1.5 * layout.extent(task.name, -way)), layout.ground_height())
+
+
+def _slab_top(slab: Slab) -> float:
+    return slab.position[2] + slab.size[2] / 2
+
+
+def _onto_slab(layout: Layout, name: str, slab: Slab) -> FloatArray:
+    """The level way (3,) to the nearest place on a slab where it stands whole, m."""
+    turn = np.array([[np.cos(slab.yaw), np.sin(slab.yaw)], [-np.sin(slab.yaw), np.cos(slab.yaw)]])
+    middle = np.array(slab.position[:2])
+    here = layout.position(name)[:2]
+    room = np.maximum(np.array(slab.size[:2]) / 2 - layout.size(name), 0.0)
+    there = middle + np.clip(turn @ (here - middle), -room, room) @ turn
+    return np.array([*(there - here), 0.0])

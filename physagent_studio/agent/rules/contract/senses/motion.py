@@ -34,7 +34,7 @@ from physagent_studio.agent.rules.contract.specs import (
     spec,
     ways_of,
 )
-from physagent_studio.agent.rules.scene.measures import WAYS, level, named_way, place_name
+from physagent_studio.agent.rules.scene.measures import level, named_way, place_name
 from physagent_studio.agent.rules.scene.steps import descents
 from physagent_studio.knowledge import kind_of
 from physagent_studio.language import Place
@@ -278,7 +278,8 @@ def set_down(c: Context) -> list[Spec]:
     carrier = c.layout.carrier(c.subject) if below is None else below.name
     inside = [one for one in along(c) if one.kind == "lands_in"]
     there = inside or [spec("reaches", c.subject, other=carrier)]
-    aside = [spec("moves", c.subject, distance=far, direction=w) for w in c.ways() if w in WAYS]
+    ways = [way for way in c.ways() if way not in ("up", "down")]
+    aside = [spec("moves", c.subject, distance=far, direction=way) for way in ways]
     if (by := c.frame.place("near")) is not None and c.layout.is_known(place_name(by)):
         close = c.length(1.6, 0.1, 0.6)
         there.append(spec("stops", c.subject, near=place_name(by), distance=close))

@@ -37,6 +37,7 @@ PLATES = {
     "shade of stacks": "what stands on a thing makes its shade longer",
     "deeper shade": "darker and darker shade is tried where it ends at paint",
     "narrow gaps": "what a thing encloses leaves with it where that is narrow",
+    "bystanders": "what else stands in the shade of a thing is none of it and stays",
     "slits": "no slit between a thing and its shade",
     "contact shade": "the dark line below a thing leaves with it",
     "straight lines": "edges seen on both sides of a hole are joined",

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from physagent_studio.arrays import FloatArray
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import Support
+from physagent_studio.reconstruction.background.bystanders import bystanders
 from physagent_studio.reconstruction.background.cast_shadows import shaded
 from physagent_studio.reconstruction.background.detached_shadows import detached
 from physagent_studio.reconstruction.background.edges_through import (
@@ -138,6 +139,11 @@ def taken_out(
         shade |= detached(photo, aloft, hole | shade, faces)
     if at_work("scraps"):
         hole |= grow(scraps(photo, loose, hole | shade), 2)
+    if at_work("bystanders"):
+        things = hole_of(loose, photo.shape[:2])
+        own = np.any([*loose, np.zeros_like(hole)], axis=0)
+        others = bystanders(photo, own, hole | shade) & ~things
+        hole, shade = hole & ~others, shade & ~others
     return hole | shade, shade
 
 

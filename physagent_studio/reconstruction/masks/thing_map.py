@@ -165,6 +165,35 @@ def _found(small: Image, marks: Marks) -> ThingMap | None:
     return _in_pieces(small, marks, found, _extent(last, marks))
 
 
+@dataclass(frozen=True, eq=False, slots=True)
+class Seen:
+    """What is seen at one point of a picture: its mask (h, w), the IoU that it is likely to have
+    with a thing that is there, and how looks at it agree, 0 … 1 both."""
+
+    mask: BoolArray
+    expected_iou: float
+    agreement: float
+
+
+def at_point(small: Image, point: tuple[float, float]) -> Seen:
+    """What is at a point of a picture that is no longer than `picture_px`, in fewer looks.
+
+    What is not marked is small beside the picture: it is looked for from near.
+    """
+    marks = Marks((point,), (), None)
+    near_looks = 2  # count, 1..5: of the squares around a click, from the smallest
+    squares = _squares(small, marks)[-near_looks:]
+    far = [_looked(small, marks, square, None) for square in squares]
+    near = [_closer(small, marks, found) for found in far]
+    agreement = [float(np.mean([soft_iou(one, other) for other in near])) for one in near]
+    sure = [expected_iou(a) * expected_iou(b) for a, b in zip(far, near, strict=True)]
+    best = int(np.argmax(np.array(agreement) ** MAP.agreement_power * sure))
+    labels = cv2.connectedComponents((near[best] > 0.5).astype(np.uint8))[1]
+    own = labels[int(point[1]), int(point[0])]
+    mask = (labels == own) if own else np.zeros(labels.shape, bool)
+    return Seen(np.asarray(mask), expected_iou(near[best]), agreement[best])
+
+
 def extent_of(chance: FloatArray, grounding: Grounding, shape: tuple[int, ...]) -> Box:
     """A person's box, or bounds of what is likely the thing, in pixels of the picture (H, W)."""
     if grounding.box is not None:

@@ -1,0 +1,59 @@
+"""What stands beside a marked thing is not taken out with its shade."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import pytest
+
+from physagent_studio.arrays import BoolArray
+from physagent_studio.reconstruction.background.bystanders import bystanders
+from physagent_studio.reconstruction.background.plate import taken_out
+from physagent_studio.reconstruction.switches import without
+from physagent_studio.records.case import Image
+
+
+def _drawn(box: tuple[int, int, int]) -> tuple[Image, BoolArray, BoolArray, BoolArray]:
+    """A ball with a soft shadow before a box: the picture, and where ball, box and shadow are."""
+    random = np.random.default_rng(2)
+    image = np.full((300, 420, 3), (176, 150, 120), np.float32)
+    image[:110] = (205, 205, 200)
+    image += cv2.GaussianBlur(random.normal(0, 12, image.shape), (0, 0), 1.5)
+    ball, other, shadow = (np.zeros((300, 420), np.uint8) for _ in range(3))
+    cv2.circle(ball, (150, 170), 34, 1, -1)
+    cv2.rectangle(other, (222, 128), (272, 212), 1, -1)
+    cv2.ellipse(shadow, (190, 204), (52, 11), 0, 0, 360, 1, -1)
+    dark = cv2.GaussianBlur(shadow.astype(np.float32), (0, 0), 4)[..., None]
+    image *= 1 - 0.55 * dark
+    image[other > 0] = box
+    image[128:140, 222:273] = [min(255, v + 45) for v in box]
+    image[ball > 0] = (200, 50, 45)
+    image = cv2.GaussianBlur(image, (0, 0), 0.8)
+    cv2.circle(image, (138, 156), 8, (240, 130, 125), -1)
+    rgb = np.clip(image, 0, 255).astype(np.uint8)
+    return rgb, ball > 0, other > 0, (shadow > 0) & (ball == 0) & (other == 0)
+
+
+@pytest.mark.parametrize("box", [(52, 46, 44), (40, 70, 130)])
+def test_a_thing_beside_stays_and_the_shade_goes(box: tuple[int, int, int]) -> None:
+    photo, ball, other, shadow = _drawn(box)
+    hole = ball | shadow
+    hole[150:216, 184:256] = True
+    found = bystanders(photo, ball, hole)
+    assert found[other & hole].mean() > 0.9
+    assert found[shadow].mean() < 0.1
+    assert not found[ball].any()
+
+
+def test_where_nothing_else_stands_nothing_stays() -> None:
+    photo, ball, _, shadow = _drawn((176, 150, 120))
+    assert bystanders(photo, ball, ball | shadow)[shadow].mean() < 0.05
+
+
+def test_it_can_be_left_out() -> None:
+    photo, ball, *_ = _drawn((52, 46, 44))
+    hole, _ = taken_out(photo, [ball])
+    with without(["bystanders"]) as asked:
+        wider, _ = taken_out(photo, [ball])
+    assert "bystanders" in asked
+    assert not (hole & ~wider).any()

@@ -21,6 +21,7 @@ from physagent_studio.program.scene.materials import density_of, touch_of
 from physagent_studio.program.scene.state import MeshedSupport, Shape, Vessel
 from physagent_studio.records import Alarm, Mesh, Rollout
 from physagent_studio.simulation.actions.world import World
+from physagent_studio.simulation.bodies.balance import balanced
 from physagent_studio.simulation.bodies.clouds import Cloud
 from physagent_studio.simulation.bodies.convex_parts import split
 from physagent_studio.simulation.bodies.solids import Solid, solid_of
@@ -151,7 +152,9 @@ class Simulator:
             if (mesh := meshes.get(item.name)) is not None
         }
         solids = tuple(
-            on_wheels(self._solid(item.name, item.shape, colliding.get(item.name)), item)
+            balanced(
+                on_wheels(self._solid(item.name, item.shape, colliding.get(item.name)), item), item
+            )
             for item in scene.objects
         )
         fixed = frozenset(a.name for a in program.event.actions if isinstance(a, FixObject))
@@ -163,6 +166,7 @@ class Simulator:
             shape = item.shape.model_dump_json()
             parts += [item.name, shape, self._digest(colliding.get(item.name))]
             parts += [repr(rim) for rim in solid.rims]
+            parts += [f"balances {item.rotation}"] if item.balances else []
             if not isinstance(item.body, Rigid):
                 # Nodes, grains and pieces are compiled where they start.
                 kept = {"body", "position", "rotation", "material", "friction"}

@@ -164,8 +164,9 @@ class SceneObject(Frozen):
     cord that it is seen to hang by, from its middle to where that is held, m; None where none is
     seen. material: a row of `program.materials`; density (kg/m³), friction, restitution and rolling
     (resistance of round things, the force that it takes to keep one rolling over its weight)
-    override that row. body: how it holds together. wheels: on which it stands, None for none. form:
-    the kind of shape that an open `shape` becomes; None leaves the choice open too.
+    override that row. body: how it holds together. wheels: on which it stands, None for none.
+    balances: it keeps its balance, as a person or an animal does, and does not tilt. form: the kind
+    of shape that an open `shape` becomes; None leaves the choice open too.
     """
 
     name: Name
@@ -183,6 +184,7 @@ class SceneObject(Frozen):
     restitution: Restitution | None = None
     rolling: Rolling | None = None
     wheels: Wheels | None = None
+    balances: bool | None = None
     body: Body = Rigid()
     source: Source = "estimated"
 
@@ -261,7 +263,7 @@ class SceneState(Frozen):
     def without(self) -> dict[str, Any]:
         """What a hash leaves out (pydantic's `exclude`): fields that came later and are not used,
         so that a scene without them keeps the hash that it always had."""
-        later = ("wheels", "aloft", "tether")
+        later = ("wheels", "aloft", "tether", "balances")
         rows = enumerate(self.objects)
         unused = {i: {f for f in later if getattr(o, f) is None} for i, o in rows}
         unused = {i: fields for i, fields in unused.items() if fields}

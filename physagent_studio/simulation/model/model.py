@@ -13,6 +13,7 @@ import numpy as np
 
 from physagent_studio.program import PhysicalProgram, SceneState
 from physagent_studio.program.scene.materials import combine, density_of, touch_of
+from physagent_studio.simulation.bodies.balance import STEADYING_S
 from physagent_studio.simulation.bodies.clouds import Cloud
 from physagent_studio.simulation.bodies.contact_law import (
     IMPEDANCE,
@@ -84,6 +85,10 @@ def configure(compiled: Compiled, program: PhysicalProgram, dt: float) -> None:
         model.body_inertia[bodies] = compiled.base_inertia[bodies] * scale
         if isinstance(handle, Handle) and handle.weld >= 0:
             model.eq_solref[[handle.weld, handle.pin]] = (2 * dt, 1)
+        if isinstance(handle, Handle):
+            turning = slice(handle.velocity + 3, handle.velocity + 6)
+            inertia = float(model.body_inertia[handle.body].min())
+            model.dof_damping[turning] = inertia / STEADYING_S if item.balances else 0.0
     _configure_pairs(compiled, scene, dt)
     mj.mj_resetData(model, data)
     for item, handle in zip(scene.objects, compiled.handles, strict=True):

@@ -85,6 +85,7 @@ VERBS: dict[str, Verb] = {
     **_verbs("act", {"push": "flick"}, ("flicked",)),
     **_verbs("act", {"set_down": "put place", "rise": "grab grasp"}),
     **_verbs("act", {"push": "carry bring"}, ("carried",)),
+    **_verbs("act", {"hit": "bump collide crash ram"}, ("bodily",)),
     **_verbs("act", {"pull": "remove withdraw extract"}, ("out",)),
     **_verbs(
         "act",
@@ -94,7 +95,7 @@ VERBS: dict[str, Verb] = {
             "pull": "pull drag tug tow yank draw",
             "kick": "kick boot punt",
             "throw": "throw toss hurl fling lob pitch launch shoot yeet chuck heave catapult sling",
-            "hit": "hit strike bump collide crash smack slam ram clip tap contact touch impact "
+            "hit": "hit strike smack slam clip tap contact touch impact "
             "graze meet whack thump wallop swat sideswipe scrape nick punch slap jostle bash "
             "plough plow",
             "knock": "knock bowl_over",

@@ -60,7 +60,8 @@ class EventFrame:
     `extent`, from … to. timing: whether several do it in turn or together. steps: how many of a
     flight of stairs it goes down. distance, speed, angle, delay: how far, how fast, how many
     degrees, how many seconds after the beginning. sequel: the prompt says that it comes after the
-    frame before. rest: it is about the others of those that the frame before picks from.
+    frame before. rest: it is about the others of those that the frame before picks from. by: who
+    does it with its limbs, and has to come within reach first.
     """
 
     sense: str
@@ -94,6 +95,7 @@ class EventFrame:
     share: tuple[float, float] | None = None
     extent: Place | None = None
     timing: Literal["", "in_turn", "together"] = ""
+    by: str = ""
 
     @property
     def counted(self) -> bool:

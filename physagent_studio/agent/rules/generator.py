@@ -8,6 +8,7 @@ from types import MappingProxyType
 import numpy as np
 
 from physagent_studio.agent.rules.contract.compile import contract_of, landmarks_needed
+from physagent_studio.agent.rules.contract.living import by_limbs, kept_upright
 from physagent_studio.agent.rules.scene.bodies import bodies_for
 from physagent_studio.agent.rules.scene.footing import (
     with_depth,
@@ -72,9 +73,11 @@ class RuleGenerator:
         state = as_far_as_told(without_withdrawn(state, reading), reading)
         state = with_room(with_depth(state))
         state = with_walls_weighed(state)
+        reading = by_limbs(reading, Layout(state))
         state = with_hold(_with_landmarks(state, reading))
         clip = Clip()
         state = _with_materials(_on_wheels(state, reading, clip, masks), reading, clip)
+        state = kept_upright(state, reading)
         layout = Layout(state)
         reading = as_waves(reading, layout)
         return PhysicalProgram(

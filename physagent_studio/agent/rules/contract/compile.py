@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
 from physagent_studio.agent.rules.contract.intents import met, prevented
+from physagent_studio.agent.rules.contract.living import way_into_reach
 from physagent_studio.agent.rules.contract.moments import denied, events
 from physagent_studio.agent.rules.contract.senses import SENSES
 from physagent_studio.agent.rules.contract.senses.beside import beside
@@ -17,7 +18,7 @@ from physagent_studio.agent.rules.contract.sequence import (
     matched,
     over_then_on,
 )
-from physagent_studio.agent.rules.contract.specs import SPEC, Context, Spec, any_of
+from physagent_studio.agent.rules.contract.specs import SPEC, Context, Spec, any_of, before, spec
 from physagent_studio.agent.rules.contract.statements import Statements
 from physagent_studio.agent.rules.contract.untold import untold
 from physagent_studio.agent.rules.scene import mechanics as mech
@@ -119,6 +120,10 @@ class _Draft:
         if frame.agent and not frame.negated and not any(_touches(one, frame) for one in found):
             # "Sinks the red ball", "spins the plate": it touches what it moves.
             found += touch(context)
+        if frame.by and self.layout.has(frame.by):
+            _, there = way_into_reach(self.layout, frame.by, subject)
+            near = spec("moves", frame.by, toward=subject, distance=there)
+            found += [before(near, event) for event in events(found)[:1]]
         if self._turned_first(index, frame) and self.layout.has(subject):
             found = farther(found, round(0.8 * self.layout.height(subject), 3))
         return [*found, *(one for one in beside(context) if one not in found)]

@@ -219,6 +219,13 @@ class Layout:
             return math.inf
         return float(gap(first, second)[0])
 
+    def nearer(self, name: str, other: str, way: float) -> float:
+        """How much nearer its centre is to that of another thing, m, once it has gone towards it
+        so far along the ground, m: less, where it is the higher one."""
+        x, y, z = self.position(other) - self.position(name)
+        left = max(math.hypot(x, y) - way, 0.0)
+        return math.hypot(x, y, z) - math.hypot(left, z)
+
     def carrier(self, name: str) -> str | None:
         """What the object stands on at first: a support or an object; None in the air."""
         item = self.state.object(name)

@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 
 from physagent_studio.agent.rules.contract.intents import Intent, intents_of
+from physagent_studio.agent.rules.contract.living import way_into_reach
 from physagent_studio.agent.rules.contract.specs import ways_of
 from physagent_studio.agent.rules.scene.framing import free_way
 from physagent_studio.agent.rules.scene.measures import WAYS, FloatArray, Layout, level, unit
@@ -14,8 +15,9 @@ from physagent_studio.agent.rules.schedule.choosing import script_for
 from physagent_studio.agent.rules.schedule.scripts import Task
 from physagent_studio.language import Reading
 from physagent_studio.language.tokens.vocabulary import words_of
-from physagent_studio.program.actions import Action, duration_of
+from physagent_studio.program.actions import Action, OnContact, When, duration_of
 from physagent_studio.program.program import Clip
+from physagent_studio.program.statements import Moves
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,9 +44,9 @@ def schedule(reading: Reading, layout: Layout, clip: Clip) -> tuple[Action, ...]
     for task in tasks_of(reading, layout, clip):
         wait = steps_to_wait(task.intent, reading, clip)
         wait += act.STEPS.first_step + act.STEPS.rise_steps if task.name in raised else 0
-        touch = _sent_after(task.intent, layout)
+        first = _awaited(task.intent, layout)
         for action in script_for(task)(task):
-            later = _later(action, wait) if touch is None else _once(action, touch, task.name)
+            later = _later(action, wait) if first is None else _once(action, first)
             actions += [a for a in [_fitted(later, clip, actions)] if a is not None]
     return tuple(actions[:500])
 
@@ -93,11 +95,24 @@ def _sent_after(intent: Intent, layout: Layout) -> str | None:
     return striker if along and max(along) < SCHEDULE.carried_cosine else None
 
 
-def _once(action: Action, striker: str, name: str) -> Action:
-    """The action as long after the blow as it would have begun after the beginning."""
+def _awaited(intent: Intent, layout: Layout) -> OnContact | When | None:
+    """What has to have happened before a thing moves: a blow that sends it another way, or that
+    who kicks it has come within reach."""
+    if (striker := _sent_after(intent, layout)) is not None:
+        return act.on_contact(striker, intent.name, SCHEDULE.apart_steps)
+    by = next((f.by for f in intent.frames if f.by and layout.has(f.by)), None)
+    if by is None:
+        return None
+    _, there = way_into_reach(layout, by, intent.name)
+    near = Moves(id="within_reach", subject=by, toward=intent.name, distance=there)
+    return When(statement=near)
+
+
+def _once(action: Action, first: OnContact | When) -> Action:
+    """The action as long after what it waits for as it would have begun after the beginning."""
     if action.when is not None:
         return action
-    when = act.on_contact(striker, name, SCHEDULE.apart_steps + action.start_step)
+    when = first.model_copy(update={"delay": first.delay + action.start_step})
     return action.model_copy(update={"start_step": 0, "when": when})
 
 

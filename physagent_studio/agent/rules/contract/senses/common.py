@@ -58,6 +58,9 @@ def travel(c: Context) -> list[Spec]:
     )
     toward = c.frame.place("toward", "at", "against")
     if toward is not None and not is_ground(c, toward) and toward.name != c.subject:
+        known = all(c.layout.has(name) for name in (c.subject, toward.name))
+        if c.frame.distance is not None and known:
+            distance = round(c.layout.nearer(c.subject, toward.name, distance), 4)
         found.append(spec("moves", c.subject, distance=distance, toward=place_name(toward)))
     gone = c.frame.place("away_from")
     if gone is not None and gone.name != c.subject:

@@ -170,7 +170,7 @@ def fall(c: Context) -> list[Spec]:
     least = 0.015 if raised and stands else 0.03
     found = [spec("falls", c.subject, drop=_drop_off(c, off) or c.length(0.4, least, 0.1))]
     if "straight" in c.frame.manner or (
-        c.frame.direction == "down" and c.frame.manner - {"skidding"}
+        c.frame.direction == "down" and c.frame.manner - {"skidding", "bodily"}
     ):
         found += _vertical(c)
     ways = [w for w in c.ways() if w not in ("down", "up")]

@@ -7,7 +7,7 @@ import math
 from physagent_studio.agent.rules.contract.senses.common import posture, quality, rolls, still
 from physagent_studio.agent.rules.contract.sequence import OVER
 from physagent_studio.agent.rules.contract.specs import SPEC, Context, Spec, spec
-from physagent_studio.agent.rules.scene.measures import place_name
+from physagent_studio.agent.rules.scene.measures import level, place_name, unit
 from physagent_studio.language import EventFrame, Place
 from physagent_studio.language.tokens.vocabulary import words_of
 from physagent_studio.program.scene.state import Ramp, Support
@@ -49,7 +49,7 @@ def stop(c: Context) -> list[Spec]:
         # "Spins on the spot and comes to rest": it went nowhere before.
         return [spec("rests_on", c.subject, other=carrier)]
     name = place_name(place) if place is not None else None
-    near = c.length(2.0, 0.1, 0.6) if name is not None else None
+    near = _beside(c, name) if name is not None else None
     ramp = c.layout.ramp_below(c.subject)
     near_end_share = 0.5  # 0.1..0.6: of a slope's length: near its lower end is in the lower half
     if near and place is not None and ramp is not None and ramp.name == place.name:
@@ -71,6 +71,15 @@ def _off_the_slope(c: Context, place: Place) -> list[Spec]:
 def _slope_length(support: Support) -> float:
     assert isinstance(support.shape, Ramp)
     return math.hypot(support.shape.run, support.shape.rise)
+
+
+def _beside(c: Context, name: str) -> float:
+    """How near its centre is to what it stops near: what is large reaches far ahead of that."""
+    near = c.length(2.0, 0.1, 0.6)
+    if not c.layout.has(name) or not c.layout.has(c.subject):
+        return near
+    ahead = unit(level(c.layout.position(name) - c.layout.position(c.subject)))
+    return round(max(near, c.layout.extent(c.subject, ahead) + 0.5 * c.size), 3)
 
 
 def _so_near(c: Context, name: str) -> list[Spec]:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from physagent_studio.agent.rules.contract.living import is_living
 from physagent_studio.agent.rules.scene import mechanics as mech
 from physagent_studio.agent.rules.scene.framing import free_way, good_way
 from physagent_studio.agent.rules.scene.measures import (
@@ -21,7 +22,6 @@ from physagent_studio.agent.rules.schedule import actions as act
 from physagent_studio.agent.rules.schedule.paths import arc_length, clearance, free_turn
 from physagent_studio.agent.rules.schedule.scripts.blows import blow, sent_off, to_the_middle
 from physagent_studio.agent.rules.schedule.scripts.task import TASK, Task
-from physagent_studio.knowledge import kind_of
 from physagent_studio.language import Place
 from physagent_studio.language.tokens.vocabulary import words_of
 from physagent_studio.program.actions import Action, Directed, Direction
@@ -64,7 +64,7 @@ def along_ground(task: Task) -> list[Action]:
     shoved = task.wheels is None and _is_shoved(task, target)
     foot = act.foot_point(task.layout, task.name) if shoved else None
     if _is_carried(task, target):
-        return _carried(task, foot)
+        return _carried(task, target, foot)
     force = _aimed(task, target, speed)
     duration = _push_steps(task, target, speed)
     start: list[Action] = [
@@ -103,21 +103,25 @@ def _is_shoved(task: Task, target: Place | None) -> bool:
 
 def _is_carried(task: Task, target: Place | None) -> bool:
     """Whether what pushes it goes with it to the end of its way, as a hand does, so that it comes
-    to rest gently: where nobody says how fast, and nothing happens at the end or beside the way."""
-    plain = target is None and not task.intent.hits and task.speed is None and task.far is None
-    told = task.intent.manner("offscreen", "fast", "hard", "rhythmic", "slow", "gentle")
+    to rest gently: where nobody says how fast, and nothing happens at the end or beside the way;
+    and what walks up to a thing, and not into it."""
+    plain = not task.intent.hits and task.speed is None and (target is None) is (task.far is None)
+    plain &= target is None or (target.kind == "object" and is_living(task.name))
+    hows = ("offscreen", "fast", "hard", "rhythmic", "slow", "gentle")
+    told = target is None and task.intent.manner(*hows)
     further = any(f.sense not in _GOING for f in task.intent.frames)
     on_level = task.layout.ramp_below(task.name) is None
     return plain and on_level and not told and not further and _is_shoved(task, target)
 
 
-def _carried(task: Task, foot: Position | None) -> list[Action]:
+def _carried(task: Task, target: Place | None, foot: Position | None) -> list[Action]:
     """Faster for half of its time and slower for the other half; what walks or drives and is not
     said to stop soon has its speed, and keeps it."""
-    distance, kind = _distance(task, None), kind_of(task.name)
-    stops = task.intent.has("stop", "settle")
-    if stops or not (task.wheels is not None or (kind is not None and kind.is_alive)):
-        seconds = task.seconds(GROUND.carried_share)
+    distance, stops = _distance(task, target), task.intent.has("stop", "settle")
+    if stops or target or not (task.wheels is not None or is_living(task.name)):
+        # What goes up to a thing does something there.
+        early = target is not None and not stops
+        seconds = task.seconds(GROUND.max_push_share if early else GROUND.carried_share)
         first, second = (round(seconds / 2 / task.clip.step_seconds),) * 2
         speed, then = 2 * distance / seconds, 0.0
     else:
@@ -125,7 +129,7 @@ def _carried(task: Task, foot: Position | None) -> list[Action]:
         first = round(GROUND.starting_share * seconds / task.clip.step_seconds)
         second = task.clip.steps - task.delay - first
         speed = then = distance / (seconds * (1 - GROUND.starting_share / 2))
-    aim = _aimed(task, None, min(max(speed, 0.02), TASK.max_speed_mps))
+    aim = _aimed(task, target, min(max(speed, 0.02), TASK.max_speed_mps))
     start = act.push(task.name, aim, start=task.delay, duration=first, point=foot)
     aim = aim.model_copy(update={"magnitude": then and aim.magnitude})
     on = act.push(
@@ -293,7 +297,9 @@ def _ground_speed(task: Task, target: Place | None) -> float:
     share = GROUND.arrive_share if target is not None or task.intent.hits else 0.95
     arrive = mech.speed_to_arrive(distance, task.seconds(share), slowing)
     if _is_shoved(task, target):
-        return _shoved_speed(task, distance)
+        # At the end of a push that lasts for the whole way, enough for what it shall do.
+        speed = 2 * distance / task.seconds(GROUND.max_push_share)
+        return min(max(speed, blow(task.layout, task.intent), 0.05), TASK.max_speed_mps)
     if (task.intent.has("stop", "settle") or task.ends_short) and not rolls:
         return _stopping_speed(task, distance, friction)
     speed = min(max(arrive, math.sqrt(2 * slowing * distance) * 1.05, 0.05), TASK.max_speed_mps)
@@ -301,12 +307,6 @@ def _ground_speed(task: Task, target: Place | None) -> float:
         speed = max(min(speed, 0.8), 0.2)
     needed = blow(task.layout, task.intent)
     return max(speed, sent_off(needed, slowing, distance) if needed else 0.0)
-
-
-def _shoved_speed(task: Task, distance: float) -> float:
-    """Speed at the end of a push that lasts for the whole way, enough for what it shall do."""
-    speed = 2 * distance / task.seconds(GROUND.max_push_share)
-    return min(max(speed, blow(task.layout, task.intent), 0.05), TASK.max_speed_mps)
 
 
 def way_to_go(task: Task) -> float:

@@ -358,8 +358,8 @@ def bounce(c: Context) -> list[Spec]:
     if c.frame.direction == "backward" and struck:
         # That it touches it is demanded where it is told.
         return [spec("reverses", c.subject, angle=90.0)]
-    if c.frame.place("down") and descents(c.layout, c.subject):
-        return [*downstairs(c), spec("airborne", c.subject, seconds=0.1)]
+    if (flight := c.frame.place("down")) and descents(c.layout, c.subject):
+        return [*downstairs(c), spec("bounces", c.subject, other=flight.name)]
     inside = c.frame.place("in", "into")
     if inside is not None and inside.kind != "group":
         # "Bounces into the box": it leaps, and is in it.

@@ -28,15 +28,14 @@ class BystanderSettings:
     rim_px: int = 4  # 1..10: around marked things, in which nothing is looked for
     max_own_share: float = 0.4  # 0..0.5: of it that lies on a marked thing
     max_area_ratio: float = 0.12  # 0.02..0.4: of the picture: larger is the ground, or a wall
-    min_expected_iou: float = 0.7  # 0.5..0.95: as the network's map says of itself
+    min_expected_iou: float = 0.7  # IoU, 0.5..0.95: as the network's map says of itself
     edge_lab: float = 10.0  # 4..25: by which colours differ across its outline where it stands out
     min_edge_share: float = 0.5  # 0.4..0.9: of its outline where they do
     # 0.03..0.6: of it that is beyond what would be taken out; where all of its outline stands out;
     # and where looks at it agree as well, unless it touches no marked thing
     min_beyond_shares: tuple[float, float, float] = (0.45, 0.25, 0.1)
     clear_edge_share: float = 0.9  # 0.7..0.98: of its outline: all of it stands out
-    clear_agreement: float = 0.8  # 0.6..0.95: looks at it agree
-    max_theirs_share: float = 0.3  # 0.1..0.7: of a spot of shade that lies by itself
+    clear_agreement: float = 0.8  # mean IoU, 0.6..0.95: of looks at it that agree
     foot_share: float = 0.2  # 0.05..0.5: of a marked thing's height, which is its foot
     # 0.1..0.6: of what is around a foot: more of it is what that stands on, or painted there
     max_under_share: float = 0.25
@@ -60,10 +59,12 @@ def bystanders(photo: Image, things: BoolArray, hole: BoolArray) -> BoolArray:
     )
     own = grow(own, BYSTANDER.rim_px)
     feet = _feet(own)
+    _, labels = cv2.connectedComponents((taken & ~own).astype(np.uint8))
+    joined = np.isin(labels, np.unique(labels[grow(own, 2) & ~own])) & (labels > 0)
     lab = np.asarray(cv2.cvtColor(cv2.GaussianBlur(small, (0, 0), 0.8), cv2.COLOR_RGB2LAB), "f4")
     found = np.zeros_like(own)
     asked = 0
-    for x, y in _pieces(lab, taken & ~own):
+    for x, y in _pieces(lab, joined):
         if asked == BYSTANDER.asked_count:
             break
         if not found[y, x]:
@@ -72,14 +73,8 @@ def bystanders(photo: Image, things: BoolArray, hole: BoolArray) -> BoolArray:
             under = any(seen.mask[foot].mean() > BYSTANDER.max_under_share for foot in feet)
             if not under and _is_thing(seen, lab, own, taken):
                 found |= seen.mask
-    # A spot off the marked things that is mostly somebody else's is no shade at all.
-    _, labels = cv2.connectedComponents((taken & ~own).astype(np.uint8))
-    theirs = np.bincount(labels[found], minlength=labels.max() + 1)
-    whole = np.bincount(labels.ravel())
-    apart = ~np.isin(np.arange(len(whole)), np.unique(labels[grow(own, 2) & ~own]))
-    drop = apart & (theirs > BYSTANDER.max_theirs_share * whole)
-    drop[0] = False
-    found |= drop[labels]
+    # What lies by itself is the shadow of what hangs: nothing tells it from a thing for sure.
+    found &= joined | ~taken
     wide = cv2.resize(found.astype(np.float32), hole.shape[::-1], interpolation=cv2.INTER_LINEAR)
     return np.asarray(wide > 0.5)
 

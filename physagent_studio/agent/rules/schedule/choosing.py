@@ -67,10 +67,9 @@ def script_for(task: Task) -> Script:
 
 def _is_carried(task: Task) -> bool:
     """Whether a hand takes what stands there up, and brings it elsewhere or puts it down."""
-    if task.layout.carrier(task.name) is None:
-        return False
     own = [f for f in task.intent.frames if not f.negated and task.name not in f.agent]
     first = own[0].sense if own else ""
+    aloft = task.layout.carrier(task.name) is None
     by_hand = any("carried" in f.manner and not f.agent for f in own)
     brought = any(
         f.sense in ("set_down", "descend")
@@ -78,7 +77,7 @@ def _is_carried(task: Task) -> bool:
         or (f.sense in ("fall", "land") and any(p.kind == "object" for _, p in f.places))
         for f in own[1:]
     )
-    return by_hand or first == "set_down" or (first == "rise" and brought)
+    return (first == "rise" and brought) or (not aloft and (by_hand or first == "set_down"))
 
 
 _BROUGHT = ("move", "push", "pull", "drift")

@@ -39,7 +39,7 @@ class CarryingSettings:
     beside_sizes: float = 0.3  # own sizes, 0.1..1: between it and what it is put down beside
     release_m: float = 0.003  # m, 0.001..0.01: above what it is put on, where it is let go
     sunk_share: float = 0.5  # 0..0.9: of a vessel's height, down to which it is let into it
-    whole_share: float = 0.75  # of the clip, 0.5..0.85: in which all of it happens
+    whole_share: float = 0.85  # of the clip, 0.5..0.9: in which all of it happens
     # 1..2.5: over the time in which it is raised or let down, of that in which it is brought along
     along_ratio: float = 1.4
     most_sizes: float = 4.0  # own sizes, 1..10: most that it is brought along where none is told
@@ -67,9 +67,12 @@ def carry(task: Task) -> list[Action]:
     own_base = float(layout.position(task.name)[2]) - layout.height(task.name) / 2
     rise = _rise(task, goal, own_base)
     moves = [(rise, WAYS["up"], 1.0, "lift")]
-    away = float(np.linalg.norm(goal.offset))
-    if away > 1e-3:
-        moves.append((away, unit(goal.offset), CARRYING.along_ratio, "carry"))
+    at = np.zeros(3)
+    for number, there in enumerate((*_over(task), goal.offset), 1):
+        way, at = there - at, there
+        if (far := float(np.linalg.norm(way))) > 1e-3:
+            label = "carry" if number == 1 else "carry_on"
+            moves.append((far, unit(way), CARRYING.along_ratio, label))
     dropped = task.intent.has("fall", "land") and not task.intent.has("set_down")
     if goal.base is not None and not dropped:
         down = rise + own_base - goal.base - CARRYING.release_m
@@ -85,9 +88,9 @@ def _moves(
     dt, first = task.clip.step_seconds, act.STEPS.first_step
     start, pushes = first, []
     total = sum(share for *_, share, _ in moves)
+    steps = CARRYING.whole_share * task.clip.steps - (len(moves) - 1) * act.STEPS.hang_steps
     for way, direction, share, label in moves:
-        part = CARRYING.whole_share * share / total
-        half = max(round(task.seconds(part) / 2 / dt), 2)
+        half = max(round(steps * share / total / 2), 2)
         gain = way / (half * dt) ** 2
         forward, back = (
             act.toward_or_along(gain, **_along(side * direction), quantity="acceleration")
@@ -110,6 +113,14 @@ def _along(direction: FloatArray) -> dict[str, Any]:
     return {"vector": direction}
 
 
+def _over(task: Task) -> tuple[FloatArray, ...]:
+    """The level way (3,) to what it is carried across, where that is said."""
+    place = task.intent.place("over", "above")
+    if place is None or place.kind != "object" or not task.layout.has(place.name):
+        return ()
+    return (level(task.layout.position(place.name) - task.layout.position(task.name)),)
+
+
 def _rise(task: Task, goal: _Goal, own_base: float) -> float:
     """How high it is raised, m: over what it is put on and what it is carried across."""
     layout = task.layout
@@ -117,7 +128,8 @@ def _rise(task: Task, goal: _Goal, own_base: float) -> float:
     tops = [goal.base] if goal.base is not None else []
     if (place := _into(task)) is not None:
         tops.append(_top(layout, place))
-    tops += [_top(layout, other) for other in _across(task, goal.offset)]
+    for way in (*_over(task), goal.offset):
+        tops += [_top(layout, other) for other in _across(task, way)]
     least = max((top - own_base + clear for top in tops), default=0.0)
     wanted = max(CARRYING.rise_sizes * layout.size(task.name), CARRYING.min_clear_m)
     return max(min(wanted, free_way(layout, task.name, WAYS["up"])), least, clear)
@@ -163,17 +175,21 @@ def _goal(task: Task) -> _Goal:
     nowhere = np.zeros(3)
     for frame in reversed(task.intent.frames):
         for relation, place in frame.places:
-            if relation in ("off", "from") or place.name == task.name:
+            if relation in ("off", "from", "over", "above") or place.name == task.name:
                 continue
             if (goal := _at(task, relation, place)) is not None:
                 return goal
-    if (way := _level_way(task)) is not None:
+    if (way := _level_way(task)) is not None and not _over(task):
         far = min(
             good_way(layout, task.name, WAYS[way]),
             CARRYING.most_sizes * layout.size(task.name),
         )
         return _Goal(WAYS[way] * (task.far or far), float(under) if put_down else None)
-    return _Goal(nowhere, float(under) if put_down else None)
+    beyond = _over(task)
+    if beyond and put_down:
+        # Over it and down again is on its other side, as far as it was on this one.
+        return _Goal(2 * beyond[0], float(under))
+    return _Goal(beyond[0] if beyond else nowhere, float(under) if put_down else None)
 
 
 def _level_way(task: Task) -> Direction | None:

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from itertools import pairwise, takewhile, zip_longest
+from itertools import takewhile, zip_longest
 
-from physagent_studio.knowledge import kind_of
 from physagent_studio.language.frames import EventFrame, ReadClause, Reading
 from physagent_studio.language.reference.names import Resolved, resolve_objects
 from physagent_studio.language.reference.stock import Inventory
 from physagent_studio.language.semantics.details import Details, knocked_over
 from physagent_studio.language.semantics.implied import with_blows
+from physagent_studio.language.semantics.in_context import AT_REST, in_their_light
 from physagent_studio.language.semantics.meanings import Meanings, reverses_to
 from physagent_studio.language.semantics.modifiers import details_of
 from physagent_studio.language.semantics.places import extent_of
@@ -65,6 +65,7 @@ class _Reader(Meanings):
     pending_text: int | None = None
     pending_rest: bool = False
     pending_denial: bool = False
+    pending_nobody: bool = False
 
     def take(self, clause: RawClause) -> None:
         """Adds the frames of one clause."""
@@ -99,6 +100,7 @@ class _Reader(Meanings):
                 self.frames.append(replace(other, any_one=False, least=0, most=None))
         self.pending_cause, self.pending_manner, self.left_so = "", frozenset(), False
         self.pending_way, self.pending_rest, self.pending_denial = None, False, False
+        self.pending_nobody = False
 
     def anticipate(self, clause: RawClause, following: RawClause) -> None:
         """ "Rolling forward, the ball …": the subject is only named in the next clause."""
@@ -111,16 +113,18 @@ class _Reader(Meanings):
         """The reading of everything taken."""
         for word in cut:
             self.unknown[word] = None
-        _aim_at_what_gives_way(self.frames)
-        _but_not(self.frames)
-        _passed_on(self.frames)
-        _backwards_at_first(self.frames)
-        _back_once_turned(self.frames)
+        in_their_light(self.frames)
         clauses = tuple(c for c in self.clauses if c.text)
         if not self.frames and not self.unknown:
             # Known words, and yet nothing that happens.
             self.unknown |= {clause.text: None for clause in clauses}
-        return Reading(clauses, tuple(with_blows(self.frames)), once_each(self.unknown))
+        unknown = {self._as_written(word): None for word in self.unknown}
+        return Reading(clauses, tuple(with_blows(self.frames)), once_each(unknown))
+
+    def _as_written(self, word: str) -> str:
+        """A word that was not understood in the person's own, where it was put plainly for them."""
+        spans = (self.prompt[t.start : t.end] for t in self.tokens if t.text == word)
+        return word if word in self.prompt.lower() else next(spans, word).strip()
 
     # --- clauses that only introduce the next one ------------------------------------------------
 
@@ -137,6 +141,8 @@ class _Reader(Meanings):
             return True
         if entry.kind == "light" or (entry.sense in ("stay", "move") and not clause.objects):
             subject = self.subject_of(clause)
+            # "Both glasses keep standing", of which none is marked: nothing else does.
+            self.pending_nobody = subject is None and bool(clause.subjects)
             self.last = subject or self.last
             self.left_so = entry.sense == "stay"
             passing = ("keep", "continue", "go", "come", "remain", "stay")
@@ -180,7 +186,8 @@ class _Reader(Meanings):
         before = self.last
         self.talk.acting = ()
         cause = self._cause(clause)
-        subject = None if cause else self.subject_of(clause)
+        nobody = bool(cause) or (self.pending_nobody and not clause.subjects)
+        subject = None if nobody else self.subject_of(clause)
         self.talk.acting = subject.names if subject is not None else ()
         sense, kind, objects = self._sense(clause)
         objects = tuple(self._said_before(phrase) for phrase in objects)
@@ -196,7 +203,7 @@ class _Reader(Meanings):
             or (bool(objects) and "only" in clause.adverbs)
             or details.only,
             direction=details.direction or self.pending_way,  # type: ignore[arg-type]
-            manner=details.manner | frozenset(_manner(clause)) | self.pending_manner,
+            manner=details.manner | frozenset(_manner(clause, sense)) | self.pending_manner,
             posture=_posture(clause, sense, details),
             sequel=clause.sequel,
             rest=self.pending_rest or _of_the_rest(clause),
@@ -205,7 +212,7 @@ class _Reader(Meanings):
             leads=self._leads(clause),
             extent=extent_of(details.share, details.places, self.stock, details.direction),
         )
-        if details.count is not None and sense not in COUNTABLE:
+        if details.count not in (None, 1) and sense not in COUNTABLE:
             self.unknown[_COUNTED.get(details.count, f"{details.count} times")] = None
         frame = self.told_apart(frame, clause)
         frame = self.completed(frame, clause, kind, subject, objects, details)
@@ -301,7 +308,7 @@ _AS_SAID = (
 )  # fmt: skip
 """What a frame takes over from the details of its clause as it is."""
 _COUNTED = {2: "twice", 3: "thrice"}
-COUNTABLE = ("flip", "spin", "rotate", "turn", "turn_around", "bounce", "reverse", "sway")
+COUNTABLE = ("flip", "spin", "rotate", "turn", "turn_around", "bounce", "reverse", "sway", "jump")
 """Senses of which it can be measured how often they happen."""
 
 
@@ -316,85 +323,10 @@ def verb_is(clause: RawClause, base: str) -> bool:
     return clause.verb is not None and clause.verb.verb == base
 
 
-def _manner(clause: RawClause) -> tuple[str, ...]:
+def _manner(clause: RawClause, sense: str) -> tuple[str, ...]:
     assert clause.verb is not None
     entry = v.VERBS.get(clause.verb.verb)
     manner = entry.manner if entry else ()
+    if sense in AT_REST and "there" in clause.adverbs:
+        manner = (*manner, "there")
     return (*manner, "backwards") if reverses_to(clause) else manner
-
-
-_THROWN = ("throw", "kick", "push")
-_GIVES_WAY = (
-    "topple", "fall", "knock_over", "tip_over", "collapse", "break", "flip", "sway", "leave",
-    "spin", "slide", "roll", "slip", "dislodge",
-)  # fmt: skip
-
-
-def _aim_at_what_gives_way(frames: list[EventFrame]) -> None:
-    """ "Is thrown at the clock, which falls": it is thrown against it, not only towards it."""
-    for index, (frame, after) in enumerate(pairwise(frames)):
-        aim = frame.place("at")
-        if frame.sense not in _THROWN or frame.negated or aim is None or aim.kind != "object":
-            continue
-        whole = aim.members or (aim.name,)
-        if after.patient == whole and after.sense in _GIVES_WAY and not after.negated:
-            rows = tuple(("against", p) if r == "at" else (r, p) for r, p in frame.places)
-            frames[index] = replace(frame, places=rows)  # type: ignore[arg-type]
-
-
-def _backwards_at_first(frames: list[EventFrame]) -> None:
-    """ "The car backs up": what has wheels and has not gone anywhere yet goes backwards."""
-    went: set[str] = set()
-    for index, frame in enumerate(frames):
-        kinds = [kind_of(name) for name in frame.patient]
-        wheeled = bool(kinds) and all(kind is not None and kind.wheels for kind in kinds)
-        first = frame.sense == "reverse" and not went & {*frame.patient}
-        if first and (frame.direction in _WAYS or frame.place("toward") is not None):
-            # "Rolls back towards the camera": back is where it is said to go.
-            frames[index] = replace(frame, sense="move")
-        elif first and wheeled:
-            way = frame.direction or "backward"
-            manner = frame.manner | {"backwards"}
-            frames[index] = replace(frame, sense="move", direction=way, manner=manner)
-        went |= {*frame.patient} if frame.sense not in _AT_REST else set()
-
-
-_WAYS = ("away", "toward_camera")
-_AT_REST = ("be", "stay", "rest", "hang")
-"""Senses of what goes nowhere."""
-
-
-def _back_once_turned(frames: list[EventFrame]) -> None:
-    """ "It turns around and drives back": where it came from, front first."""
-    turned: set[str] = set()
-    for index, frame in enumerate(frames):
-        if frame.direction == "backward" and turned & {*frame.patient}:
-            frames[index] = replace(frame, direction=None)
-        turned |= {*frame.patient} if frame.sense == "turn_around" else set()
-
-
-_OVER = ("topple", "fall", "knock_over", "tip_over")
-
-
-def _passed_on(frames: list[EventFrame]) -> None:
-    """ "The first domino is pushed and they fall one by one", "… and the rest follow": the first
-    one falls over and brings the others down, each the next."""
-    for index, (frame, after) in enumerate(pairwise(frames)):
-        alone = len(frame.patient) == 1 and not (frame.agent or frame.negated or frame.places)
-        started = alone and frame.sense in (*_OVER, "push")
-        others = tuple(name for name in after.patient if name not in frame.patient)
-        told = after.timing == "in_turn" if len(others) < len(after.patient) else after.sequel
-        free = not (after.agent or after.negated or after.any_one or after.counted or after.places)
-        if started and told and free and after.sense in _OVER and len(others) > 1:
-            frames[index] = replace(frame, sense="topple")
-            frames[index + 1] = replace(after, sense="topple", patient=others, agent=frame.patient)
-
-
-def _but_not(frames: list[EventFrame]) -> None:
-    """ "The dominoes fall, but not the last two": those that do are the others."""
-    for index, (frame, after) in enumerate(pairwise(frames)):
-        denied = after.negated and not frame.negated and after.sense == frame.sense
-        fewer = set(after.patient) < set(frame.patient) and after.link == "then"
-        if denied and fewer and not (frame.any_one or frame.counted or after.sequel):
-            kept = tuple(name for name in frame.patient if name not in after.patient)
-            frames[index] = replace(frame, patient=kept)

@@ -166,6 +166,11 @@ def _goes_by(clause: RawClause) -> bool:
 
 def _quantity(preposition: str, phrase: NounPhrase, details: Details) -> bool:
     """ "At 2 m/s", "by 20 cm", "after 1 second", "for 2 seconds": whether that is one."""
+    if phrase.head == "time" and phrase.number:
+        # "Jumps up three times".
+        details.count = phrase.number
+        details.direction = details.direction or v.DIRECTIONS.get(preposition)  # type: ignore[assignment]
+        return True
     if phrase.head not in UNITS or amount_of(phrase) is None:
         return False
     seconds = in_units(phrase, TIMES)

@@ -24,7 +24,7 @@ def rewritten(tokens: Sequence[Token], nouns: frozenset[str]) -> tuple[Token, ..
 
     nouns: the words of the case's names, which are no verbs.
     """
-    return _excepted(in_plain_words(_at_rest(tuple(tokens)), nouns), nouns)
+    return _excepted(in_plain_words(_behind(_at_rest(tuple(tokens)), nouns), nouns), nouns)
 
 
 _ENDS = frozenset(".,;:!?") | v.CONJUNCTIONS | v.SUBORDINATORS
@@ -44,6 +44,26 @@ def _at_rest(tokens: tuple[Token, ...]) -> tuple[Token, ...]:
             still = (replace(tokens[at], text=word) for word in ("does", "not", "move"))
             return (*tokens[:at], *tokens[after + 1 : end], *still, *_at_rest(tokens[end:]))
     return tokens
+
+
+_AFTER = {
+    "follows": "goes", "follow": "go", "following": "going", "followed": "went",
+    "chases": "goes", "chase": "go", "chasing": "going", "chased": "went",
+}  # fmt: skip
+
+
+def _behind(tokens: tuple[Token, ...], nouns: frozenset[str]) -> tuple[Token, ...]:
+    """ "The ball follows the truck", "chases it": goes after it; not "follows a curve"."""
+    found: list[Token] = []
+    for at, token in enumerate(tokens):
+        said = [t.text for t in tokens[at + 1 : at + 5]]
+        led = next((w for w in said if w not in v.DETERMINERS | v.PLAIN_ADJECTIVES | v.COLOURS), "")
+        thing = led in nouns - v.LANDMARKS.keys() or said[:1] in (["it"], ["them"])
+        if token.text in _AFTER and thing:
+            found += [replace(token, text=word) for word in (_AFTER[token.text], "after")]
+        else:
+            found.append(token)
+    return tuple(found)
 
 
 def _is_verb(word: str, nouns: frozenset[str]) -> bool:

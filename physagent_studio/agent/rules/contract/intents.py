@@ -65,6 +65,12 @@ class Intent:
         return any(frame.manner & set(words) for frame in self.frames)
 
     @property
+    def stops_last(self) -> bool:
+        """Whether it is told to stop after it hits something, and not before."""
+        told = [f.sense for f in self.frames]
+        return bool(self.hits) and len(told) > 1 and told[-1] in ("stop", "settle")
+
+    @property
     def together(self) -> tuple[str, ...]:
         """Several things that it shall run into at once."""
         struck = (f.patient for f in self.frames if self.name in f.agent)
@@ -191,8 +197,9 @@ def met(frame: EventFrame) -> tuple[str, ...]:
     if frame.sense not in _MEETING or frame.agent or frame.negated:
         return ()
     relations = ("off", "against") if frame.sense == "bounce" else ("into", "against")
-    met_with = [p for r, p in frame.places if r in relations and not p.part]
-    things = [p.name for p in met_with if p.kind == "object" and not is_container(p.name)]
+    rows = [(r, p) for r, p in frame.places if r in relations and not p.part]
+    met_with = [p for r, p in rows if r != "into" or not is_container(p.name)]
+    things = [p.name for p in met_with if p.kind == "object"]
     members = [name for p in met_with if p.kind == "group" for name in p.members]
     return tuple(name for name in (*things, *members) if name not in frame.patient)
 

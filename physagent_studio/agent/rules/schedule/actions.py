@@ -66,6 +66,13 @@ def toward_or_along(
     return Directed.model_validate({**fields, "direction": "right"})
 
 
+def against(deceleration: float) -> Directed:
+    """A brake: so many m/s² against whichever way it goes."""
+    return Directed(
+        magnitude=round(deceleration, 4), along="against_velocity", quantity="acceleration"
+    )
+
+
 def push(
     name: str,
     force: Directed,

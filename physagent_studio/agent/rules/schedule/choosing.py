@@ -174,7 +174,7 @@ def _by_sense(task: Task) -> Script:
     intent = task.intent
     table: tuple[tuple[tuple[str, ...], Script], ...] = (
         (("sway",) if _hangs(task) and intent.hits else (), scripts.swing),
-        (("jump",), scripts.leap),
+        (("jump",), _hopping(task)),
         (("bounce",), _bouncing(task)),
         (_OVER if _tips_onto(task) else (), scripts.tip),
         (("knock_over", "tip_over") if intent.hits else (), scripts.along_ground),
@@ -280,10 +280,18 @@ def _bouncing(task: Task) -> Script:
         return _nothing
     if task.down_the_steps() is not None:
         return scripts.along_ground
+    if scripts.hops_told(task) and task.target() is None and task.way() in (None, "up"):
+        return scripts.hop_along
     if task.intent.hits:
         known = task.layout.has(task.intent.hits[0])
         return scripts.hop_onto if known and _bounces_first(task) else scripts.along_ground
     return scripts.through_air if task.target() is not None else scripts.leap
+
+
+def _hopping(task: Task) -> Script:
+    """One leap, or as many as are told or as it takes to a thing."""
+    several = scripts.hops_told(task) or scripts.hop_aim(task) is not None
+    return scripts.hop_along if several and not task.intent.hits else scripts.leap
 
 
 def _bounces_first(task: Task) -> bool:

@@ -17,6 +17,7 @@ from physagent_studio.agent.rules.contract.senses.arriving import (
     strike,
     withdrawn,
 )
+from physagent_studio.agent.rules.contract.senses.leaping import jump
 from physagent_studio.agent.rules.contract.senses.motion import (
     bounce,
     circle,
@@ -25,7 +26,6 @@ from physagent_studio.agent.rules.contract.senses.motion import (
     fall,
     float_down,
     fly,
-    jump,
     move,
     rise,
     roll,

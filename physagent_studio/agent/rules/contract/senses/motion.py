@@ -8,7 +8,6 @@ from physagent_studio.agent.rules.contract.intents import met
 from physagent_studio.agent.rules.contract.senses.common import (
     bent_path,
     comes_down,
-    keeps_standing,
     least_along,
     lies_in_the_end,
     manner,
@@ -36,7 +35,6 @@ from physagent_studio.agent.rules.contract.specs import (
 )
 from physagent_studio.agent.rules.scene.measures import level, named_way, place_name
 from physagent_studio.agent.rules.scene.steps import descents
-from physagent_studio.knowledge import kind_of
 from physagent_studio.language import Place
 from physagent_studio.program.actions import Direction
 
@@ -304,7 +302,7 @@ _ALOFT = ("rise", "hang", "stay", "spin", "turn")
 
 def rise(c: Context) -> list[Spec]:
     """Goes up, and stays there unless more is said of it."""
-    found = _upward(c)
+    found = upward(c)
     if (over := c.frame.place("over")) is not None and over.kind == "object":
         found += along(c)
     further = any(f.sense not in _ALOFT for f in c.later)
@@ -313,7 +311,8 @@ def rise(c: Context) -> list[Spec]:
     return [*found, spec("falls", c.subject, drop=c.length(0.3, 0.02, 0.2), negated=True)]
 
 
-def _upward(c: Context) -> list[Spec]:
+def upward(c: Context) -> list[Spec]:
+    """It gets higher, as far as is said; off what it stood on, where that is named."""
     far = c.length(0.3, 0.02, 0.2)
     if c.frame.distance is not None:
         # "Is lifted 20 cm": about as high, and not to the ceiling.
@@ -340,18 +339,6 @@ def _upward(c: Context) -> list[Spec]:
     return [*found, lifted, spec("airborne", c.subject, seconds=0.12)]
 
 
-def jump(c: Context) -> list[Spec]:
-    """Leaves the ground for a moment; a person or an animal comes down on its feet."""
-    kind = kind_of(c.subject)
-    upright = keeps_standing(c) if kind is not None and kind.is_alive else []
-    found = [*_upward(c), spec("airborne", c.subject, seconds=0.1), *along(c), *upright]
-    if c.frame.direction == "down" and c.layout.is_raised(c.subject):
-        # "Jumps down" is lower in the end than it stood.
-        least = min(descents(c.layout, c.subject), default=c.length(0.5, 0.03, 0.2))
-        found.append(spec("moves", c.subject, distance=round(0.8 * least, 3), direction="down"))
-    return found
-
-
 def bounce(c: Context) -> list[Spec]:
     """Touches something and is free again; "bounces back" from what it hit."""
     struck = [f.patient[0] for f in c.earlier if f.sense == "hit" and c.subject in f.agent]
@@ -371,15 +358,24 @@ def bounce(c: Context) -> list[Spec]:
         named = struck[0]
     other = named or landed_on(c) or _lands_on(c)
     if c.frame.count is not None:
-        return [spec("bounces", c.subject, other=other, times=c.frame.count)]
+        return [spec("bounces", c.subject, other=other, times=c.frame.count), *_low(c)]
     thing = c.layout.state.object(other) is not None and c.layout.carrier(c.subject) is not None
     raised = c.layout.is_raised(c.subject) and c.layout.carrier(c.subject) != other
     if not thing and (raised or was_raised(c)) and c.layout.state.landmark(other) is None:
         # What comes down is in the air in any case: it has to be thrown back.
         return [spec("bounces", c.subject, other=other)]
     if not thing and (c.layout.is_raised(c.subject) or other == c.layout.ground()):
-        return [spec("contacts", c.subject, other=other), spec("airborne", c.subject, seconds=0.1)]
+        free = spec("airborne", c.subject, seconds=0.1)
+        return [spec("contacts", c.subject, other=other), free, *_low(c)]
     return [spec("contacts", c.subject, other=other), spec("leaves", c.subject, other=other)]
+
+
+def _low(c: Context) -> list[Spec]:
+    """ "Bounces gently": not high, where it is not said to come down from somewhere."""
+    if not c.frame.manner & {"gentle", "slight"} or c.layout.is_raised(c.subject):
+        return []
+    high = c.length(2.0, 0.1, 0.5)
+    return [spec("moves", c.subject, distance=high, direction="up", negated=True)]
 
 
 def _lands_on(c: Context) -> str:

@@ -22,6 +22,9 @@ from physagent_studio.agent.rules.schedule.scripts.flight import (
     through_air,
 )
 from physagent_studio.agent.rules.schedule.scripts.ground import along_ground, way_ahead, way_to_go
+from physagent_studio.agent.rules.schedule.scripts.hopping import hop_aim as hop_aim
+from physagent_studio.agent.rules.schedule.scripts.hopping import hop_along as hop_along
+from physagent_studio.agent.rules.schedule.scripts.hopping import hops_told as hops_told
 from physagent_studio.agent.rules.schedule.scripts.landing import (
     landed_on,
     let_go,

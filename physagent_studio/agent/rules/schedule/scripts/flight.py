@@ -27,6 +27,7 @@ class FlightSettings:
     min_rise_sizes: float = 0.25  # own sizes, 0.1..1: lower, and it is hardly seen to rise
     min_rise_m: float = 0.03  # m, 0.01..0.1: likewise, for what is small
     seen_hop_m_s: float = 0.7  # m/s, 0.3..1.5: after the last of several hops: it is seen
+    gentle_hop_sizes: float = 0.6  # own sizes, 0.3..1: how high what bounces gently goes
     step_hop_sizes: float = 0.6  # own sizes, 0.3..1.5: how high it hops to a lower step
     # 1..1.6: of the time of a flight that comes down at 45 degrees, for a leap onto a thing
     steep_leap_ratio: float = 1.3
@@ -127,7 +128,9 @@ def _down_a_step(task: Task, down: FloatArray) -> Action:
 
 def _hop_speed(task: Task, last: float) -> float:
     """How fast it leaves the ground, m/s. last: what is left after as many rebounds as are told."""
-    speed = math.sqrt(2 * mech.G * _seen_up(task, max(task.layout.size(task.name), 0.1)))
+    gentle = task.intent.manner("gentle", "slight")
+    high = (FLIGHT.gentle_hop_sizes if gentle else 1.0) * max(task.layout.size(task.name), 0.1)
+    speed = math.sqrt(2 * mech.G * _seen_up(task, high))
     hops = _hops(task)
     return min(max(speed, last / _kept(task) ** hops), 7.0) if hops > 1 else speed
 

@@ -21,6 +21,7 @@ from physagent_studio.agent.rules.scene.measures import (
 from physagent_studio.agent.rules.schedule import actions as act
 from physagent_studio.agent.rules.schedule.paths import arc_length, clearance, free_turn
 from physagent_studio.agent.rules.schedule.scripts.blows import blow, sent_off, to_the_middle
+from physagent_studio.agent.rules.schedule.scripts.stopping import brake, stopping_speed
 from physagent_studio.agent.rules.schedule.scripts.task import TASK, Task
 from physagent_studio.language import Place
 from physagent_studio.language.tokens.vocabulary import words_of
@@ -70,7 +71,7 @@ def along_ground(task: Task) -> list[Action]:
     start: list[Action] = [
         act.push(task.name, force, start=task.delay, duration=duration, point=foot)
     ]
-    return [*start, *_brake(task, target, speed, duration)]
+    return [*start, *brake(task, _distance(task, target), speed, duration)]
 
 
 def _push_steps(task: Task, target: Place | None, speed: float) -> int:
@@ -301,7 +302,7 @@ def _ground_speed(task: Task, target: Place | None) -> float:
         speed = 2 * distance / task.seconds(GROUND.max_push_share)
         return min(max(speed, blow(task.layout, task.intent), 0.05), TASK.max_speed_mps)
     if (task.intent.has("stop", "settle") or task.ends_short) and not rolls:
-        return _stopping_speed(task, distance, friction)
+        return stopping_speed(task, distance, friction)
     speed = min(max(arrive, math.sqrt(2 * slowing * distance) * 1.05, 0.05), TASK.max_speed_mps)
     if task.intent.manner("slow", "gentle"):
         speed = max(min(speed, 0.8), 0.2)
@@ -312,37 +313,6 @@ def _ground_speed(task: Task, target: Place | None) -> float:
 def way_to_go(task: Task) -> float:
     """Way along the ground that it shall cover, m."""
     return _distance(task, task.target())
-
-
-def _stopping_speed(task: Task, distance: float, friction: float) -> float:
-    """Slides to a stop at the place; through a collision on the way, where there is one."""
-    slowing = 2 * mech.G * friction
-    if not task.intent.hits:
-        return max(math.sqrt(slowing * distance), 0.15)
-    other = task.intent.hits[0]
-    near = task.intent.place("near", "at", "on", "in", senses=("stop", "settle"))
-    rest = task.distance_to(near) - distance if near is not None else 0.2
-    after = math.sqrt(slowing * max(abs(rest), 0.05))
-    before = mech.speed_before_hit(
-        after, task.layout.mass(task.name), task.layout.mass(other),
-        task.layout.touch(task.name, other).restitution,
-    )  # fmt: skip
-    return min(math.sqrt(min(before, 8.0) ** 2 + slowing * distance), 10.0)
-
-
-def _brake(task: Task, target: Place | None, speed: float, start: int) -> list[Action]:
-    """A ball rolls far: a brake that stops it where it shall."""
-    stops = task.intent.has("stop", "settle", "slow") or task.ends_short
-    if not stops or not task.layout.rolls(task.name):
-        return []
-    distance = _distance(task, target)
-    slowing = max(speed * speed / max(distance, 0.05), 0.2)
-    first = start + int(
-        min(0.5 * distance / max(speed, 0.1), task.seconds(0.4)) / task.clip.step_seconds
-    )
-    force = Directed(magnitude=round(slowing, 4), along="against_velocity", quantity="acceleration")
-    duration = max(task.clip.steps - first - 1, 1)
-    return [act.push(task.name, force, start=first, duration=duration, label="brake")]
 
 
 def _turn_to(task: Task, target: Place | None, sign: float) -> float:

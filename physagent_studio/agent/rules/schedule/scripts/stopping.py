@@ -1,0 +1,62 @@
+"""How what goes along the ground comes to a stop where it shall."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from physagent_studio.agent.rules.scene import mechanics as mech
+from physagent_studio.agent.rules.schedule import actions as act
+from physagent_studio.agent.rules.schedule.scripts.task import Task
+from physagent_studio.program.actions import Action
+
+
+@dataclass(frozen=True, slots=True)
+class StoppingSettings:
+    """How what hits something stops."""
+
+    after_blow_sizes: float = 0.4  # own sizes, 0.1..1: that it goes on or back after what it hit
+    slid_on_m: float = 0.05  # m, 0.01..0.1: that it would slide on, where it stops at what it hit
+
+
+STOPPING = StoppingSettings()
+
+
+def stopping_speed(task: Task, distance: float, friction: float) -> float:
+    """Slides to a stop at the place; through a collision on the way, where there is one."""
+    slowing = 2 * mech.G * friction
+    if not task.intent.hits:
+        return max(math.sqrt(slowing * distance), 0.15)
+    other = task.intent.hits[0]
+    near = task.intent.place("near", "at", "on", "in", senses=("stop", "settle"))
+    rest = task.distance_to(near) - distance if near is not None else 0.2
+    if near is not None and near.name == other:
+        return math.sqrt(slowing * (distance + STOPPING.slid_on_m))
+    after = math.sqrt(slowing * max(abs(rest), 0.05))
+    before = mech.speed_before_hit(
+        after, task.layout.mass(task.name), task.layout.mass(other),
+        task.layout.touch(task.name, other).restitution,
+    )  # fmt: skip
+    return min(math.sqrt(min(before, 8.0) ** 2 + slowing * distance), 10.0)
+
+
+def brake(task: Task, distance: float, speed: float, start: int) -> list[Action]:
+    """A ball rolls far: a brake that stops it where it shall; at what it hits, only there."""
+    rolls, hits = task.layout.rolls(task.name), task.intent.hits
+    there = task.intent.place("near", senses=("stop",))
+    at_it = bool(hits) and there is not None and there.name == hits[0]
+    if hits and task.intent.stops_last and (rolls or at_it) and task.layout.has(hits[0]):
+        short = STOPPING.after_blow_sizes * task.layout.size(task.name)
+        force = act.against(max(speed * speed / (2 * short), 0.2))
+        when = act.on_contact(task.name, hits[0])
+        steps = task.clip.steps
+        return [act.push(task.name, force, start=0, when=when, duration=steps, label="brake")]
+    if not rolls or not (task.intent.has("stop", "settle", "slow") or task.ends_short):
+        return []
+    slowing = max(speed * speed / max(distance, 0.05), 0.2)
+    first = start + int(
+        min(0.5 * distance / max(speed, 0.1), task.seconds(0.4)) / task.clip.step_seconds
+    )
+    duration = max(task.clip.steps - first - 1, 1)
+    force = act.against(slowing)
+    return [act.push(task.name, force, start=first, duration=duration, label="brake")]

@@ -1,0 +1,145 @@
+"""What a clause means in the light of those before and after it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import pairwise
+
+from physagent_studio.knowledge import kind_of
+from physagent_studio.language.frames import EventFrame, Place, Relation
+
+
+def in_their_light(frames: list[EventFrame]) -> None:
+    """Puts frames right, in place, that mean something else beside one another than alone."""
+    _aim_at_what_gives_way(frames)
+    _but_not(frames)
+    _passed_on(frames)
+    _backwards_at_first(frames)
+    _back_once_turned(frames)
+    _behind_what_went(frames)
+    _where_it_struck(frames)
+    _springs_back(frames)
+
+
+_GOES = ("move", "roll", "slide", "drift", "fly", "leave", "curve", "reverse")
+
+
+def _behind_what_went(frames: list[EventFrame]) -> None:
+    """ "The truck drives off to the left, and the ball rolls after it": the same way, and later;
+    after what went nowhere, it goes towards it."""
+    for index, frame in enumerate(frames):
+        ahead = frame.place("after")
+        if ahead is None or ahead.kind != "object" or frame.sense not in _GOES:
+            continue
+        went = [f for f in frames[:index] if ahead.name in f.patient and f.sense in _GOES]
+        led = next((f for f in reversed(went) if not f.negated), None)
+        way = frame.direction or (led.direction if led is not None else None)
+        # Whichever way forward is for the one, the other goes where that one stood.
+        way = None if way in ("forward", "backward", "off") else way
+        kept = tuple(row for row in frame.places if row[0] != "after")
+        aim: tuple[tuple[Relation, Place], ...] = () if way else (("toward", ahead),)
+        next_told = index > 0 and frames[index - 1] is led and frame.link == "then"
+        frames[index] = replace(
+            frame, places=(*aim, *kept), direction=way, sequel=frame.sequel or next_told
+        )
+
+
+AT_REST = ("stop", "settle", "stay", "rest")
+
+
+def _where_it_struck(frames: list[EventFrame]) -> None:
+    """ "Hits the mug and stops there", "slides into it and stays there": near the mug."""
+    for index, (frame, after) in enumerate(pairwise(frames)):
+        into = frame.place("into", "against")
+        met = frame.patient if frame.sense == "hit" else (into.name,) if into is not None else ()
+        who = frame.agent if frame.sense == "hit" else frame.patient
+        same = after.patient == who and after.sense in AT_REST and not after.negated
+        if len(met) == 1 and same and "there" in after.manner and not after.places:
+            near: tuple[tuple[Relation, Place], ...] = (("near", Place(met[0], "object")),)
+            frames[index + 1] = replace(after, sense="stop", places=near)
+
+
+def _springs_back(frames: list[EventFrame]) -> None:
+    """ "Is squeezed flat and springs back": into its form, where it lost that before."""
+    for index, (frame, after) in enumerate(pairwise(frames)):
+        if after.sense != "recover" or frame.patient != after.patient:
+            continue
+        if frame.sense in ("deform", "bend", "crush") and not frame.negated:
+            frames[index] = replace(frame, posture="")
+
+
+_THROWN = ("throw", "kick", "push")
+_GIVES_WAY = (
+    "topple", "fall", "knock_over", "tip_over", "collapse", "break", "flip", "sway", "leave",
+    "spin", "slide", "roll", "slip", "dislodge",
+)  # fmt: skip
+
+
+def _aim_at_what_gives_way(frames: list[EventFrame]) -> None:
+    """ "Is thrown at the clock, which falls": it is thrown against it, not only towards it."""
+    for index, (frame, after) in enumerate(pairwise(frames)):
+        aim = frame.place("at")
+        if frame.sense not in _THROWN or frame.negated or aim is None or aim.kind != "object":
+            continue
+        whole = aim.members or (aim.name,)
+        if after.patient == whole and after.sense in _GIVES_WAY and not after.negated:
+            rows = tuple(("against", p) if r == "at" else (r, p) for r, p in frame.places)
+            frames[index] = replace(frame, places=rows)  # type: ignore[arg-type]
+
+
+def _backwards_at_first(frames: list[EventFrame]) -> None:
+    """ "The car backs up": what has wheels and has not gone anywhere yet goes backwards."""
+    went: set[str] = set()
+    for index, frame in enumerate(frames):
+        kinds = [kind_of(name) for name in frame.patient]
+        wheeled = bool(kinds) and all(kind is not None and kind.wheels for kind in kinds)
+        first = frame.sense == "reverse" and not went & {*frame.patient}
+        if first and (frame.direction in _WAYS or frame.place("toward") is not None):
+            # "Rolls back towards the camera": back is where it is said to go.
+            frames[index] = replace(frame, sense="move")
+        elif first and wheeled:
+            way = frame.direction or "backward"
+            manner = frame.manner | {"backwards"}
+            frames[index] = replace(frame, sense="move", direction=way, manner=manner)
+        went |= {*frame.patient} if frame.sense not in _AT_REST else set()
+
+
+_WAYS = ("away", "toward_camera")
+_AT_REST = ("be", "stay", "rest", "hang")
+"""Senses of what goes nowhere."""
+
+
+def _back_once_turned(frames: list[EventFrame]) -> None:
+    """ "It turns around and drives back": where it came from, front first."""
+    turned: set[str] = set()
+    for index, frame in enumerate(frames):
+        if frame.direction == "backward" and turned & {*frame.patient}:
+            frames[index] = replace(frame, direction=None)
+        turned |= {*frame.patient} if frame.sense == "turn_around" else set()
+
+
+_OVER = ("topple", "fall", "knock_over", "tip_over")
+
+
+def _passed_on(frames: list[EventFrame]) -> None:
+    """ "The first domino is pushed and they fall one by one", "… and the rest follow": the first
+    one falls over and brings the others down, each the next."""
+    for index, (frame, after) in enumerate(pairwise(frames)):
+        alone = len(frame.patient) == 1 and not (frame.agent or frame.negated or frame.places)
+        started = alone and frame.sense in (*_OVER, "push")
+        others = tuple(name for name in after.patient if name not in frame.patient)
+        told = after.timing == "in_turn" if len(others) < len(after.patient) else after.sequel
+        free = not (after.agent or after.negated or after.any_one or after.counted or after.places)
+        if started and told and free and after.sense in _OVER and len(others) > 1:
+            frames[index] = replace(frame, sense="topple")
+            frames[index + 1] = replace(after, sense="topple", patient=others, agent=frame.patient)
+
+
+def _but_not(frames: list[EventFrame]) -> None:
+    """ "The dominoes fall, but not the last two": those that do are the others."""
+    for index, (frame, after) in enumerate(pairwise(frames)):
+        denied = after.negated and not frame.negated and after.sense == frame.sense
+        fewer = set(after.patient) < set(frame.patient) and after.link == "then"
+        if denied and fewer and not (frame.any_one or frame.counted or after.sequel):
+            kept = tuple(name for name in frame.patient if name not in after.patient)
+            frames[index] = replace(frame, patient=kept)

@@ -60,6 +60,8 @@ def take_preposition(
         # "To the back of the plate".
         details.direction = v.SIDES[phrase.head]
         return
+    if _half(preposition, phrase, details, stock, talk):
+        return
     phrase = _without_side(preposition, phrase, details)
     if preposition == "infront" and phrase.head in v.CAMERA_WORDS:
         details.direction = details.direction or "toward_camera"
@@ -202,10 +204,32 @@ def _by_or_way(preposition: str, phrase: NounPhrase, details: Details) -> bool:
     return True
 
 
+def _half(
+    preposition: str, phrase: NounPhrase, details: Details, stock: Inventory, talk: Discourse
+) -> bool:
+    """ "On the right side of the table": right of its middle; "off the table on the left side":
+    which way. Whether it says so."""
+    side = _side_said(phrase)
+    if phrase.head not in ("side", "half", "part") or side not in ("left", "right"):
+        return False
+    if preposition not in (*TO, "on", "onto", "at", "in"):
+        return False
+    if phrase.of is None:
+        details.direction = details.direction or side
+        return True
+    place = resolve_place(phrase.of, stock, talk)
+    if place is None or place.kind != "support" or place.part or place.name == stock.ground:
+        return False
+    on = () if preposition in TO else (("on", place),)
+    half = ("left_of" if side == "left" else "right_of", replace(place, part="center"))
+    details.places = (*details.places, *on, half)  # type: ignore[assignment]
+    return True
+
+
 def _without_side(preposition: str, phrase: NounPhrase, details: Details) -> NounPhrase:
     """ "Off the right side of the table", "off its back": off the table, and which way."""
-    if v.PARTS.get(phrase.head) == "edge":
-        # "Off the far edge": which of the edges.
+    if v.PARTS.get(phrase.head) in ("edge", "end") and preposition not in ("at", "on"):
+        # "Off the far edge", "to the right end": which of the edges.
         for adjective in phrase.adjectives:
             if adjective in v.SIDES and details.direction is None:
                 details.direction = v.SIDES[adjective]

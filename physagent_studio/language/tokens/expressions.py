@@ -14,6 +14,7 @@ from physagent_studio.language.tokens.vocabulary import (
     COMBINED,
     COUNTED_FROM,
     DETERMINERS,
+    PARTS,
     words_of,
 )
 
@@ -197,7 +198,7 @@ def join_fixed(
     while index < len(tokens):
         for words, one in table:
             part = tokens[index : index + len(words)]
-            after = tokens[index + len(words) : index + len(words) + 1]
+            after = tokens[index + len(words) : index + len(words) + 2]
             told = len(part) == len(words) and _same(part, words, one)
             if told and not _is_literal(words, one, tokens[max(index - 1, 0)], after, nouns):
                 joined += [Token(word, part[0].start, part[-1].end) for word in one.split()]
@@ -218,8 +219,10 @@ def _is_literal(
 ) -> bool:
     """Whether the words of an expression mean what they say where they stand."""
     after = following[0].text if following else "."
-    if one in ("leftwards", "rightwards", *COUNTED_FROM):
-        return singular(after) in nouns
+    if one.endswith(("leftwards", "rightwards")) or one in COUNTED_FROM:
+        # "To the left cup", "to the left edge of the table".
+        of = after == "side" and len(following) > 1 and following[1].text == "of"
+        return singular(after) in nouns or of or PARTS.get(after) in ("edge", "end")
     if one in _KNOCKED:
         # "Pushes the bowls over the edge".
         return singular(words[0]) in nouns

@@ -356,7 +356,7 @@ def test_of_several_others_any_one_may_be_meant() -> None:
         ("The red can hits the can.", "can"),
         ("The red can rolls into the can.", "can"),
         ("The red can pushes the can to the right.", "can"),
-        ("The red can hits the red can.", "red_can"),
+        ("The red can hits the red can.", "red can"),
         ("The red can hits itself.", "itself"),
         ("The red can hits it.", "it"),
         ("The red can bumps into itself.", "bumps"),

@@ -39,6 +39,8 @@ def _spots(layout: Layout, reading: Reading) -> list[Landmark]:
     for frame in reading.frames:
         for relation, place in frame.places:
             movers = [n for n in frame.patient if layout.has(n) and n != place.name]
+            if relation in SIDE_WAYS and place.part == "center" and movers:
+                found |= _half_of(layout, relation, place)
             if relation not in SIDE_WAYS or place.kind != "object" or not layout.has(place.name):
                 continue
             ahead = frame.sense in ("stop", "settle") and relation == "in_front"
@@ -50,6 +52,23 @@ def _spots(layout: Layout, reading: Reading) -> list[Landmark]:
             spot[2] -= layout.height(place.name) / 2
             found[name] = Landmark(name=name, kind="point", points=(_point(spot),))
     return list(found.values())
+
+
+def _half_of(layout: Layout, relation: str, place: Place) -> dict[str, Landmark]:
+    """The middle of that half of a table's top."""
+    support = layout.state.support(place.name)
+    slab = support.shape if support is not None else None
+    if not isinstance(slab, Slab):
+        return {}
+    way, name = WAYS[SIDE_WAYS[relation]], spot_name(relation, place)
+    cos, sin = math.cos(slab.yaw), math.sin(slab.yaw)
+    along = slab.size[0] / 2 * abs(cos), slab.size[1] / 2 * abs(sin)
+    spot = np.array([*slab.position[:2], slab.position[2] + slab.size[2] / 2])
+    return {
+        name: Landmark(
+            name=name, kind="point", on=place.name, points=(_point(spot + way * max(along) / 2),)
+        )
+    }
 
 
 def _foot(layout: Layout, name: str) -> tuple[float, float, float]:

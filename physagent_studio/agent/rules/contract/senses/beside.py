@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from physagent_studio.agent.rules.contract.senses.extents import extents
+from physagent_studio.agent.rules.contract.senses.remaining import is_last
 from physagent_studio.agent.rules.contract.senses.whereabouts import is_ground
 from physagent_studio.agent.rules.contract.specs import (
     SPEC,
@@ -55,7 +56,8 @@ def _sides(c: Context) -> list[Spec]:
             continue
         describes = c.frame.link == "which" and c.frame.sense == "rest"
         first = (c.frame.sense in ("be", "hang", "stack") or describes) and not c.earlier
-        ends = c.frame.sense in _ENDING and not first
+        half = place.part == "center" and is_last(c)
+        ends = (half or c.frame.sense in _ENDING) and not first
         found.append(
             spec(
                 "side_of", c.subject, other=place_name(place), side=SIDES[relation],

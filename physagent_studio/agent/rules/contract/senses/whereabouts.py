@@ -97,6 +97,8 @@ def _over(c: Context, place: Place) -> list[Spec]:
     if place.kind == "object" and c.frame.sense in ("drift", "float"):
         found.append(spec("side_of", c.subject, other=name, side="above"))
     if _clears(c, place):
+        # Above it is not yet over it: it comes down behind it.
+        found.append(spec("passes_over", c.subject, landmark=name, by=True))
         found.append(spec("contacts", c.subject, other=name, negated=True))
     return found
 

@@ -166,7 +166,8 @@ def _hops(task: Task) -> int:
 
 
 def _over(task: Task, hurdle: str) -> Action:
-    """A leap that is highest above a thing and comes down as far behind it as it began before."""
+    """A leap over a thing, that comes down where it shall; else as far behind it as it began
+    before."""
     layout = task.layout
     away = layout.position(hurdle) - layout.position(task.name)
     distance = float(np.hypot(away[0], away[1]))
@@ -175,17 +176,31 @@ def _over(task: Task, hurdle: str) -> Action:
     top = layout.position(hurdle)[2] + layout.height(hurdle) / 2
     half = layout.extent(hurdle, way) + layout.extent(task.name, way)
     clearance = max(float(top - lowest), 0.0) + 0.5 * layout.height(task.name)
-    # Half the thing's width beside the summit it must still be clear of it.
-    share = min(half / max(distance, 1e-6), 0.8)
-    summit = clearance / (1 - share * share)
+    whole = _beyond(task, way, distance, half)
+    # Before and behind the thing it must be clear of it: on an arc of that height at its middle.
+    sides = (max(distance - half, 0.1 * distance), min(distance + half, whole - 0.1 * distance))
+    summit = max(clearance * whole**2 / (4 * x * (whole - x)) for x in sides)
     upward = math.sqrt(2 * mech.G * summit)
-    forward = distance * mech.G / upward
+    forward = whole / 2 * mech.G / upward
     force = act.toward_or_along(
         math.hypot(upward, forward),
         toward=hurdle,
         elevation=math.degrees(math.atan2(upward, forward)),
     )
     return act.push(task.name, force, duration=act.STEPS.kick_steps, label="jump")
+
+
+def _beyond(task: Task, way: FloatArray, distance: float, half: float) -> float:
+    """How far a leap over a thing goes along a level way (3,), m: to where it shall get beyond it.
+
+    distance: to the thing; half: its own half and the thing's, along the way.
+    """
+    aim = task.target()
+    if aim is None or not task.layout.is_known(place_name(aim)):
+        return 2 * distance
+    to = task.layout.position(place_name(aim)) - task.layout.position(task.name)
+    on = float(to @ way)
+    return max(on, distance + 1.5 * half) if on > distance else 2 * distance
 
 
 def lift(task: Task) -> list[Action]:

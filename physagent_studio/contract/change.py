@@ -64,6 +64,10 @@ def deforms(statement: Deforms, facts: Facts, window: Window) -> Outcome:
     apart = np.linalg.norm(vertices[:, np.tile(one, 4)] - vertices[:, pairs], axis=-1)
     size = max(float(np.ptp(vertices[0], axis=0).max()), 1e-6)
     strain = 100 * np.percentile(np.abs(apart - apart[0]), 99, axis=1) / size
+    if statement.at_end:
+        final, most = float(strain[-1]), 100 * statement.strain
+        margin, step = excess(final, most), int(steps[-1])
+        return Outcome(margin, final, most, "%", "≥", step, "at the end", lasting=True)
     return _peak(strain, steps, 100 * statement.strain, "%")
 
 

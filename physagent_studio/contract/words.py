@@ -262,7 +262,9 @@ _BOUNDS: dict[str, Callable[[Any], str]] = {
     "descends_slowly": lambda s: (
         f"by at least {number(s.drop, 'm')}, at most {number(s.speed, 'm/s')}"
     ),
-    "deforms": lambda s: f"by at least {number(100 * s.strain)} % of its size",
+    "deforms": lambda s: (
+        f"by at least {number(100 * s.strain)} % of its size{' at the end' if s.at_end else ''}"
+    ),
     "spreads": lambda s: f"to at least {number(s.factor, '×')} its footprint",
     "sways": lambda s: f"at least {times(s.cycles)} by ±{number(s.amplitude, '°')}",
     "bounces": lambda s: f"by at least {number(s.height, 'm')}",

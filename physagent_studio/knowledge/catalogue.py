@@ -162,6 +162,8 @@ class Words(_Row):
     limbs: frozenset[str]
     holders: frozenset[str]
     sounds: frozenset[str]
+    laid: frozenset[str]
+    pliant: frozenset[str]
     collectives: frozenset[str]
     growth: frozenset[str]
     joined: dict[str, str]

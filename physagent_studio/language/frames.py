@@ -123,11 +123,13 @@ class ReadClause:
 
 @dataclass(frozen=True, slots=True)
 class Reading:
-    """frames in the order of the prompt; not_understood: words that nothing stands for."""
+    """frames in the order of the prompt; not_understood: words that nothing stands for; unmarked:
+    things beside the event that it names and nobody marked, on which nothing demanded depends."""
 
     clauses: tuple[ReadClause, ...]
     frames: tuple[EventFrame, ...]
     not_understood: tuple[str, ...]
+    unmarked: tuple[str, ...] = ()
 
     def places(self) -> tuple[Place, ...]:
         """All places spoken of, once each."""

@@ -66,6 +66,7 @@ class _Reader(Meanings):
     pending_rest: bool = False
     pending_denial: bool = False
     pending_nobody: bool = False
+    unmarked: dict[str, None] = field(default_factory=dict)
 
     def take(self, clause: RawClause) -> None:
         """Adds the frames of one clause."""
@@ -119,7 +120,8 @@ class _Reader(Meanings):
             # Known words, and yet nothing that happens.
             self.unknown |= {clause.text: None for clause in clauses}
         unknown = {self._as_written(word): None for word in self.unknown}
-        return Reading(clauses, tuple(with_blows(self.frames)), once_each(unknown))
+        frames = tuple(with_blows(self.frames))
+        return Reading(clauses, frames, once_each(unknown), tuple(self.unmarked))
 
     def _as_written(self, word: str) -> str:
         """A word that was not understood in the person's own, where it was put plainly for them."""
@@ -193,6 +195,7 @@ class _Reader(Meanings):
         objects = tuple(self._said_before(phrase) for phrase in objects)
         details = details_of(clause, objects, self.stock, self.talk, self.unknown, sense)
         details.manner |= self._manner_within(clause)
+        self.unmarked |= details.unmarked
         named = (phrase for _, phrase in clause.places)
         frame = EventFrame(
             knocked_over(sense, details, "over" in clause.adverbs),
@@ -214,7 +217,9 @@ class _Reader(Meanings):
         )
         if details.count not in (None, 1) and sense not in COUNTABLE:
             self.unknown[_COUNTED.get(details.count, f"{details.count} times")] = None
-        frame = self.told_apart(frame, clause)
+        if "pliant" in details.manner and sense not in YIELDING:
+            self.unknown["pliantly"] = None
+        frame = self._laid_flat(self.told_apart(frame, clause), subject)
         frame = self.completed(frame, clause, kind, subject, objects, details)
         frame = None if frame is None else self.met_beside(frame, clause, subject)
         goes_on = subject is not None and subject is self.relative and not clause.subjects
@@ -226,6 +231,14 @@ class _Reader(Meanings):
         if self.last is not None:
             self.talk.subject = self.last.names
         return frame
+
+    def _laid_flat(self, frame: EventFrame, subject: Resolved | None) -> EventFrame:
+        """ "The book falls flat on the shelf", on which it stands: it topples there, and lies."""
+        if frame.sense != "fall" or frame.posture != "flat" or subject is None:
+            return frame
+        below = {carrier for name, carrier in self.stock.on if name in subject.names}
+        here = all(r == "on" and p.name in below for r, p in frame.places)
+        return replace(frame, sense="topple") if below and here else frame
 
     def _said_before(self, phrase: NounPhrase) -> NounPhrase:
         """ "Pushes it into the bowl": not the bowl, which is only named behind it."""
@@ -308,6 +321,8 @@ _AS_SAID = (
 )  # fmt: skip
 """What a frame takes over from the details of its clause as it is."""
 _COUNTED = {2: "twice", 3: "thrice"}
+YIELDING = ("sway", "bend", "lean", "deform")
+"""Senses of what can be seen to be soft by it."""
 COUNTABLE = ("flip", "spin", "rotate", "turn", "turn_around", "bounce", "reverse", "sway", "jump")
 """Senses of which it can be measured how often they happen."""
 

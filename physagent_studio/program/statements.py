@@ -192,10 +192,12 @@ class DescendsSlowly(Told):
 
 
 class Deforms(Told):
-    """Its shape changes by at least `strain` of its size."""
+    """Its shape changes by at least `strain` of its size; is still changed at the end with
+    `at_end`."""
 
     kind: Literal["deforms"] = "deforms"
     strain: Distance = 0.05
+    at_end: bool = False
 
 
 class Spreads(Told):

@@ -80,6 +80,10 @@ class RuleGenerator:
         state = kept_upright(state, reading)
         layout = Layout(state)
         reading = as_waves(reading, layout)
+        said = (
+            f"where the {word} is that the sentence names is not known" for word in reading.unmarked
+        )
+        state = state.model_copy(update={"flags": (*state.flags, *said)[:64]})
         return PhysicalProgram(
             clip=clip,
             scene=state,

@@ -26,7 +26,8 @@ LEAVES = 0.4
 BESIDE = 3
 """Frames that show each of two things before they meet, and after."""
 STIRRED, STOPPED = 0.25, 0.5
-"""What is struck stirs by so much of its own size, or what strikes loses so much of its speed."""
+"""What is struck stirs by so much of its own size, or what strikes loses so much of its speed; that
+alone does where what strikes is the heavier one, and cannot be stopped by the blow."""
 
 
 def inside(facts: Facts, name: str) -> Check:
@@ -139,6 +140,10 @@ def _seen_to_meet(facts: Facts, one: str, other: str, step: int) -> Check:
     )  # fmt: skip
 
 
+def _mass(facts: Facts, name: str) -> float:
+    return float(facts.rollout.masses[facts.rollout.objects.index(name)])
+
+
 def _seen_to_act(facts: Facts, one: str, other: str, step: int) -> Check:
     """The other stirs once they have met at a step, or the one is stopped or turned back by it."""
     frame = facts.rollout.frame_of(step)
@@ -150,7 +155,9 @@ def _seen_to_act(facts: Facts, one: str, other: str, step: int) -> Check:
     ahead = min(frame + 2 * BESIDE, len(striker) - 1)
     goes = (striker[ahead] - striker[frame]) / max(ahead - frame, 1)
     kept = float(came @ goes) / max(float(came @ came), 1e-9)
-    seen = max(stirred / STIRRED, (1 - kept) / STOPPED)
+    # What meets a lighter thing is not stopped by it: if it stops, it does so by itself.
+    heavier = _mass(facts, one) > _mass(facts, other)
+    seen = stirred / STIRRED if heavier else max(stirred / STIRRED, (1 - kept) / STOPPED)
     text = (
         f"{one} is seen to act on {other}, which stirs by {number(100 * stirred, '%')} of its "
         f"size; {one} keeps {number(100 * kept, '%')} of its speed: {{answer}}"

@@ -57,6 +57,7 @@ class Details:
     struck: tuple[str, ...] = ()
     struck_as_one: bool = False
     unknown: dict[str, None] = field(default_factory=dict)
+    unmarked: dict[str, None] = field(default_factory=dict)
 
     def object_places(
         self, objects: Sequence[NounPhrase], stock: Inventory, talk: Discourse

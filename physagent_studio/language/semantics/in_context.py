@@ -60,12 +60,20 @@ def _where_it_struck(frames: list[EventFrame]) -> None:
 
 
 def _springs_back(frames: list[EventFrame]) -> None:
-    """ "Is squeezed flat and springs back": into its form, where it lost that before."""
-    for index, (frame, after) in enumerate(pairwise(frames)):
-        if after.sense != "recover" or frame.patient != after.patient:
+    """ "Is squeezed flat and springs back": into its form, so that it is flat only until then. What
+    did not lose its form swings back."""
+    for index, frame in enumerate(frames):
+        if frame.sense != "recover":
             continue
-        if frame.sense in ("deform", "bend", "crush") and not frame.negated:
-            frames[index] = replace(frame, posture="")
+        squeezed = [
+            k
+            for k, f in enumerate(frames[:index])
+            if f.sense in ("deform", "crush") and f.patient == frame.patient and not f.negated
+        ]
+        if not squeezed:
+            frames[index] = replace(frame, sense="sway")
+        for k in squeezed:
+            frames[k] = replace(frames[k], posture="")
 
 
 _THROWN = ("throw", "kick", "push")

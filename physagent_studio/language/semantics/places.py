@@ -43,7 +43,7 @@ def resolve_place(phrase: NounPhrase, stock: Inventory, talk: Discourse) -> Plac
         names = [t.name for t in _by_nearness(meant, stock, talk)] if found.any_one else found.names
         together = found.names if found.as_one and len(found.names) > 1 else ()
         return Place(names[0], "object", members=together)
-    if phrase.head in v.GROUND_WORDS or phrase.head in v.TABLE_WORDS:
+    if phrase.head in v.GROUND_WORDS | v.TABLE_WORDS | v.LAID:
         return Place(stock.ground, "support")
     if phrase.head in v.LANDMARKS:
         return _needed_landmark(phrase, talk)

@@ -125,6 +125,9 @@ def _only_said(
         return True
     if preposition == "with" and phrase.head in v.SOUNDS:
         return True
+    if preposition == "by" and phrase.head in v.LIMBS and not _is_there(phrase, stock):
+        # "Is lifted by its handle": where it is held, and no one who does it.
+        return True
     if (
         preposition in _BY
         and phrase.head in v.HOLDERS
@@ -273,7 +276,9 @@ def _place(
         if preposition == "away_from" or is_measure(phrase) or phrase.pronoun:
             details.direction = details.direction or ("off" if preposition == "away_from" else None)
             if place is None and not (phrase.pronoun or is_measure(phrase)):
-                details.unknown[phrase.head] = None
+                # "Slips away from the dresser" that nobody marked: it goes, and that is a note.
+                beside = preposition == "away_from" and kind_of(phrase.head) is not None
+                (details.unmarked if beside else details.unknown)[phrase.head] = None
             return
         if phrase.head not in ("air", "second", "place"):
             details.unknown[phrase.head] = None

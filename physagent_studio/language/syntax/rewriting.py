@@ -24,7 +24,9 @@ def rewritten(tokens: Sequence[Token], nouns: frozenset[str]) -> tuple[Token, ..
 
     nouns: the words of the case's names, which are no verbs.
     """
-    return _excepted(in_plain_words(_behind(_at_rest(tuple(tokens)), nouns), nouns), nouns)
+    return _excepted(
+        in_plain_words(_pliant(_behind(_at_rest(tuple(tokens)), nouns), nouns), nouns), nouns
+    )
 
 
 _ENDS = frozenset(".,;:!?") | v.CONJUNCTIONS | v.SUBORDINATORS
@@ -64,6 +66,25 @@ def _behind(tokens: tuple[Token, ...], nouns: frozenset[str]) -> tuple[Token, ..
         else:
             found.append(token)
     return tuple(found)
+
+
+_LIKE = v.words_of("like as if though it they was were is are made of from out a an some")
+"""What comes before the stuff that something behaves like."""
+
+
+def _pliant(tokens: tuple[Token, ...], nouns: frozenset[str]) -> tuple[Token, ...]:
+    """ "Wobbles like jelly", "as if it were made of rubber": that it gives way and comes back."""
+    for at, token in enumerate(tokens):
+        first = at
+        while first and tokens[first - 1].text in _LIKE | v.PLAIN_ADJECTIVES:
+            first -= 1
+        said = [t.text for t in tokens[first:at]]
+        likened = [i for i, word in enumerate(said) if word in ("like", "as")]
+        if token.text in v.PLIANT - nouns and likened:
+            first += likened[0]
+            way = Token("pliantly", tokens[first].start, token.end)
+            return (*tokens[:first], way, *_pliant(tokens[at + 1 :], nouns))
+    return tokens
 
 
 def _is_verb(word: str, nouns: frozenset[str]) -> bool:

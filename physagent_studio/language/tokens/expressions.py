@@ -118,7 +118,8 @@ _PLAIN = {
     "accelerates": "gathers speed|picks up speed",
     "slowing": "losing speed|losing momentum",
     "up": "up into the sky|into the sky|up to the sky|towards the sky|toward the sky",
-    "sways": "springs back|snaps back",
+    "recovers": "springs back|snaps back|springs back into shape|regains its shape|"
+    "returns to its shape|returns to its original shape|goes back to its shape",
     "topples the others successively": "sets off a chain reaction|triggers a chain reaction|"
     "starts a chain reaction|causes a chain reaction",
     # "Which in turn knocks over the cup": it is one thing that does so.

@@ -77,6 +77,7 @@ VERBS: dict[str, Verb] = {
             "accelerate": "accelerate",
             "separate": "separate detach disconnect",
             "reverse": "reverse return",
+            "recover": "recover",
         },
     ),
     **_verbs("move", {"slide": "skid"}, ("skidding",)),

@@ -65,6 +65,7 @@ MANNERS: dict[str, str] = {
     **dict.fromkeys(("straight", "directly", "vertical"), "straight"),
     **dict.fromkeys(("slightly", "barely", "slight"), "slight"),
     "closely": "close",
+    "pliantly": "pliant",
     "afar": "far",
     "clockwise": "clockwise",
     "counterclockwise": "anticlockwise",
@@ -191,6 +192,9 @@ RELATIONS: dict[str, str] = {
 }  # fmt: skip
 
 GROUND_WORDS = all_words(lambda kind: kind.support == "floor")
+PLIANT = word_lists().pliant
+LAID = word_lists().laid
+"""What lies on the ground: where nobody marks it, it is the ground."""
 SUPPORT_CLASSES: dict[str, frozenset[str]] = {
     name: all_words(lambda kind, name=name: kind.surface == name)
     for name in sorted({kind.surface for kind in kinds() if kind.surface})

@@ -47,7 +47,10 @@ def _body(frame: EventFrame, name: str, layout: Layout) -> Body | None:
         return Cloth(pinned="top")
     if sense in ("wind", "sway", "bend", "lean") and grows(name):
         return _plant(name, layout)
-    yielding = stiffness_of(name)
+    pliant_pa = 2e4  # 5e3..1e5: as jelly and soft foam: what is told to behave like them
+    pressed_pa = 6e4  # 2e4..2e5: of the same where a hand presses it: softer, it sags for good
+    pliant = pressed_pa if sense == "deform" else pliant_pa
+    yielding = pliant if "pliant" in frame.manner else stiffness_of(name)
     if yielding is not None and sense in ("sway", "bend", "deform"):
         return Soft(young=yielding)
     if sense == "deform":

@@ -189,6 +189,7 @@ def _by_sense(task: Task) -> Script:
         (("sway",) if _hangs(task) else (), scripts.swing),
         (("sway",), scripts.rock if _is_stiff(task) else _nothing),
         (("stop", "settle"), scripts.along_ground if _on_level(task) else _nothing),
+        (("deform",) if scripts.is_squeezed(task) else (), scripts.squeeze),
         (("crush", "collapse", "break", "spread", "sway", "bend", "deform"), _nothing),
         (("fall",) if _can_only_topple(task) else (), scripts.tip),
         (("fall", "land", "descend", "lose_support", "settle", "stop"), _nothing),

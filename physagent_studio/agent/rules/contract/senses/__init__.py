@@ -49,6 +49,7 @@ from physagent_studio.agent.rules.contract.senses.yielding import (
     collapse,
     deform,
     lean,
+    recover,
     spread,
     sway,
     wind,
@@ -72,6 +73,6 @@ SENSES: dict[str, Builder] = {
     "rest": be,
     "hang": be, "be": be, "end": end, "stack": stack, "wind": wind, "sway": sway, "bend": bend,
     "lean": lean, "collapse": collapse, "break": break_apart, "spread": spread,
-    "deform": deform,
+    "deform": deform, "recover": recover,
 }  # fmt: skip
 """Builders by sense; a sense without one leaves its clause untested, and that is shown."""

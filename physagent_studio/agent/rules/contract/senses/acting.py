@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 from physagent_studio.agent.rules.contract.senses.common import (
     POSTURE,
     gone_over,
@@ -25,6 +27,16 @@ from physagent_studio.agent.rules.contract.specs import (
     before,
     spec,
 )
+
+
+@dataclass(frozen=True, slots=True)
+class AwaySettings:
+    """How far what is knocked away gets."""
+
+    sizes: float = 1.5  # own sizes, 1..3: from its place to where a gap is seen between the two
+
+
+AWAY = AwaySettings()
 
 
 def hit(c: Context) -> list[Spec]:
@@ -73,7 +85,10 @@ def push(c: Context) -> list[Spec]:
 def _pushed_away(c: Context) -> list[Spec]:
     ways = c.ways()
     softly = bool(c.frame.manner & {"gentle", "slight"})
-    distance = c.length(0.1, 0.01, 0.05) if softly else c.length(0.7, 0.05, 0.15)
+    away = c.frame.direction == "off" and c.frame.place("off", "from") is None
+    # At its own size it has just left its place; at half as much more there is a gap to be seen.
+    far = c.length(AWAY.sizes, 0.08, 0.4) if away else c.length(0.7, 0.05, 0.15)
+    distance = c.length(0.1, 0.01, 0.05) if softly else far
     if ways:
         return [any_of(*(spec("moves", c.subject, distance=distance, direction=w) for w in ways))]
     return [spec("moves", c.subject, distance=distance)]

@@ -29,6 +29,8 @@ class YieldingSettings:
     """When what sways does so."""
 
     wobble_share: float = 0.5  # 0.3..0.7: of the clip, for what wobbles before it falls over
+    # 0.01..0.1: of its size, that may still be off when it sprang back; it sags by its weight
+    left_strain: float = 0.05
 
 
 YIELDING = YieldingSettings()
@@ -149,3 +151,9 @@ def spread(c: Context) -> list[Spec]:
 def deform(c: Context) -> list[Spec]:
     """Loses its shape; by what is said to do it."""
     return [*touch(c), spec("deforms", c.subject, strain=0.05)]
+
+
+def recover(c: Context) -> list[Spec]:
+    """ "Is squeezed and springs back": nearly nothing of it is left in the end."""
+    left = spec("deforms", c.subject, strain=YIELDING.left_strain, at_end=True, negated=True)
+    return [left]

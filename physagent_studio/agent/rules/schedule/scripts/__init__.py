@@ -35,6 +35,8 @@ from physagent_studio.agent.rules.schedule.scripts.landing import (
     swing,
     up_ramp,
 )
+from physagent_studio.agent.rules.schedule.scripts.squeezing import is_squeezed as is_squeezed
+from physagent_studio.agent.rules.schedule.scripts.squeezing import squeeze as squeeze
 from physagent_studio.agent.rules.schedule.scripts.task import Task
 from physagent_studio.agent.rules.schedule.scripts.turns import (
     go_over,

@@ -23,6 +23,8 @@ class BlowSettings:
     # ratio, 0.1..0.4: of its speed that a thing has at least after a blow at one like it
     min_kept_share: float = 0.2
     over_edge_s: float = 1.5  # s, 0.8..2: in which what is hit gets over the edge where it shall
+    shoved_sizes: float = 0.6  # own sizes, 0.2..2: that a thing slides on that is hit
+    away_sizes: float = 2.0  # own sizes, 1..4: the same of one that is knocked away
     rolled_sizes: float = 2.0  # own sizes, 0.5..5: that a ball rolls on that is hit
 
 
@@ -36,7 +38,9 @@ def blow(layout: Layout, intent: Intent, links: int = BLOW.max_links) -> float:
     """
     own = intent.name
     felled = (_knocking_speed(layout, own, other) for other in intent.fells)
-    shoved = (_shoving_speed(layout, own, other) for other in intent.shoves)
+    sent = (f for f in intent.frames if own in f.agent and f.direction == "off")
+    away = {name for frame in sent for name in frame.patient}
+    shoved = (_shoving_speed(layout, own, other, other in away) for other in intent.shoves)
     onward = (_handing_on(layout, own, one, links - 1) for one in intent.strikes if links > 1)
     rolled = (_rolling_speed(layout, own, other) for other in intent.hits)
     over = (_over_the_edge(layout, intent, one) for one in intent.strikes)
@@ -77,11 +81,12 @@ def _knocking_speed(layout: Layout, own: str, other: str) -> float:
     return 1.3 * knock
 
 
-def _shoving_speed(layout: Layout, own: str, other: str) -> float:
-    """Speed with which the other one is hit and goes on visibly."""
+def _shoving_speed(layout: Layout, own: str, other: str, away: bool) -> float:
+    """Speed with which the other one is hit and goes on visibly, or away from where it was."""
     if layout.rolls(other):
         return 0.0
-    after = math.sqrt(2 * _slowing(layout, other) * 0.6 * layout.size(other))
+    far = BLOW.away_sizes if away else BLOW.shoved_sizes
+    after = math.sqrt(2 * _slowing(layout, other) * far * layout.size(other))
     return _to_hand_on(layout, own, other, after)
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from physagent_studio.agent.rules.scene import mechanics as mech
 from physagent_studio.agent.rules.schedule import actions as act
+from physagent_studio.agent.rules.schedule.scripts.blows import blow, sent_off
 from physagent_studio.agent.rules.schedule.scripts.task import Task
 from physagent_studio.program.actions import Action
 
@@ -30,8 +31,12 @@ def stopping_speed(task: Task, distance: float, friction: float) -> float:
     other = task.intent.hits[0]
     near = task.intent.place("near", "at", "on", "in", senses=("stop", "settle"))
     rest = task.distance_to(near) - distance if near is not None else 0.2
-    if near is not None and near.name == other:
-        return math.sqrt(slowing * (distance + STOPPING.slid_on_m))
+    if task.intent.stops_last and (near is None or near.name == other):
+        # What it hits stops it, and the brake that acts then: it only has to get there.
+        if task.wheels is not None:
+            slowing = 2 * mech.G * task.wheels.rolling
+        there = math.sqrt(slowing * (distance + STOPPING.slid_on_m))
+        return max(there, sent_off(blow(task.layout, task.intent), slowing / 2, distance))
     after = math.sqrt(slowing * max(abs(rest), 0.05))
     before = mech.speed_before_hit(
         after, task.layout.mass(task.name), task.layout.mass(other),
@@ -43,9 +48,9 @@ def stopping_speed(task: Task, distance: float, friction: float) -> float:
 def brake(task: Task, distance: float, speed: float, start: int) -> list[Action]:
     """A ball rolls far: a brake that stops it where it shall; at what it hits, only there."""
     rolls, hits = task.layout.rolls(task.name), task.intent.hits
-    there = task.intent.place("near", senses=("stop",))
-    at_it = bool(hits) and there is not None and there.name == hits[0]
-    if hits and task.intent.stops_last and (rolls or at_it) and task.layout.has(hits[0]):
+    near = task.intent.place("near", senses=("stop",))
+    at_it = near is None or near.name in hits
+    if hits and task.intent.stops_last and at_it and task.layout.has(hits[0]):
         short = STOPPING.after_blow_sizes * task.layout.size(task.name)
         force = act.against(max(speed * speed / (2 * short), 0.2))
         when = act.on_contact(task.name, hits[0])

@@ -147,7 +147,7 @@ def test_a_thing_that_only_moves_is_not_like_jelly() -> None:
 
 
 def test_what_is_squeezed_springs_back_into_its_form() -> None:
-    program = _program(TABLE, "The vase is squeezed flat and springs back.")
+    program = _program(FLOOR, "The ball is squeezed flat and springs back.")
     kinds = [(s.kind, s.negated) for s in program.contract.statements]
     assert kinds == [("deforms", False), ("deforms", True)]
     assert not _missed(program)

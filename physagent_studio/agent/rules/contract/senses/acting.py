@@ -33,7 +33,7 @@ from physagent_studio.agent.rules.contract.specs import (
 class AwaySettings:
     """How far what is knocked away gets."""
 
-    sizes: float = 1.5  # own sizes, 1..3: from its place to where a gap is seen between the two
+    away_sizes: float = 1.5  # own sizes, 1..3: from its place to where a gap is seen between them
 
 
 AWAY = AwaySettings()
@@ -87,7 +87,7 @@ def _pushed_away(c: Context) -> list[Spec]:
     softly = bool(c.frame.manner & {"gentle", "slight"})
     away = c.frame.direction == "off" and c.frame.place("off", "from") is None
     # At its own size it has just left its place; at half as much more there is a gap to be seen.
-    far = c.length(AWAY.sizes, 0.08, 0.4) if away else c.length(0.7, 0.05, 0.15)
+    far = c.length(AWAY.away_sizes, 0.08, 0.4) if away else c.length(0.7, 0.05, 0.15)
     distance = c.length(0.1, 0.01, 0.05) if softly else far
     if ways:
         return [any_of(*(spec("moves", c.subject, distance=distance, direction=w) for w in ways))]

@@ -29,8 +29,8 @@ class YieldingSettings:
     """When what sways does so."""
 
     wobble_share: float = 0.5  # 0.3..0.7: of the clip, for what wobbles before it falls over
-    # 0.01..0.1: of its size, that may still be off when it sprang back; it sags by its weight
-    left_strain: float = 0.05
+    # share, 0.01..0.1: of its size, that may still be off when it sprang back: it also sags
+    left_strain: float = 0.08
 
 
 YIELDING = YieldingSettings()

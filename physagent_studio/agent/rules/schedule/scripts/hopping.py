@@ -21,7 +21,7 @@ class HoppingSettings:
     hop_sizes: float = 0.5  # own sizes, 0.2..1.2: how high one of several hops is
     least_hop_m: float = 0.06  # m, 0.02..0.1: the same of small things, so that it is seen
     way_sizes: float = 1.2  # own sizes, 0.5..3: how far one gets, where nobody says how many
-    most_hops: int = 8  # 3..12: more, and each is over before it is seen
+    most_hops: int = 8  # count, 3..12: more, and each is over before it is seen
     hold_steps: int = 8  # steps, 4..15: in which it comes to a stand as it lands
     pause_steps: int = 20  # steps, 8..40: on the ground between two; longer, and it has stopped
     before_sizes: float = 0.6  # own sizes, 0.2..1: of the gap at which it ends before a thing

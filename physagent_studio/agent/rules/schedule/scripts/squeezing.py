@@ -16,8 +16,9 @@ from physagent_studio.program.scene.materials import density_of
 class SqueezingSettings:
     """How far and how long a thing is pressed together."""
 
-    strain: float = 0.08  # of its height, 0.03..0.3: by which it is pressed together in the middle
-    stages: int = 4  # count, 2..8: in which the hand presses harder; at once, it would be a blow
+    middle_strain: float = 0.08  # share, 0.03..0.3: of its height, pressed together
+    # count, 2..8: of steps in which the hand presses harder and harder: at once, it would be a blow
+    stage_count: int = 4
     stage_steps: int = 12  # steps, 5..30: of each of them
     press_share: float = 0.4  # 0.2..0.6: of the clip, for which it is pressed
 
@@ -39,9 +40,9 @@ def squeeze(task: Task) -> list[Action]:
     item = task.layout.state.object(task.name)
     if item is None or not isinstance(item.body, Soft):
         return []
-    stress = item.body.young * SQUEEZING.strain
+    stress = item.body.young * SQUEEZING.middle_strain
     pull = 2 * stress / (density_of(item) * max(task.layout.height(task.name), 0.01))
-    pull = max(pull - mech.G, mech.G) / SQUEEZING.stages
+    pull = max(pull - mech.G, mech.G) / SQUEEZING.stage_count
     force = act.toward_or_along(pull, way="down", quantity="acceleration")
     steps, wait = round(SQUEEZING.press_share * task.clip.steps), SQUEEZING.stage_steps
     return [
@@ -49,5 +50,5 @@ def squeeze(task: Task) -> list[Action]:
             task.name, force, start=task.delay + k * wait, duration=steps - k * wait,
             label=f"squeeze_{k + 1}",
         )
-        for k in range(SQUEEZING.stages)
+        for k in range(SQUEEZING.stage_count)
     ]  # fmt: skip

@@ -277,7 +277,8 @@ def _place(
             details.direction = details.direction or ("off" if preposition == "away_from" else None)
             if place is None and not (phrase.pronoun or is_measure(phrase)):
                 # "Slips away from the dresser" that nobody marked: it goes, and that is a note.
-                beside = preposition == "away_from" and kind_of(phrase.head) is not None
+                kind = kind_of(phrase.head) if preposition == "away_from" else None
+                beside = kind is not None and kind.support is None
                 (details.unmarked if beside else details.unknown)[phrase.head] = None
             return
         if phrase.head not in ("air", "second", "place"):

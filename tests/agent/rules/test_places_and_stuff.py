@@ -160,9 +160,9 @@ def test_what_falls_flat_on_what_it_stands_on_topples() -> None:
 
 
 def test_away_is_farther_than_its_own_size() -> None:
-    program = _program(FLOOR, "The monkey slides to the right and knocks the box away.")
+    program = _program(FLOOR, "The truck drives to the right and knocks the ball away.")
     gone = [s for s in program.contract.statements if s.kind == "moves"]
-    assert any(s.subject == "cardboard_box" and s.distance >= 0.3 for s in gone)
+    assert any(s.subject == "ball" and s.distance >= 0.3 for s in gone)
     assert not _missed(program)
 
 

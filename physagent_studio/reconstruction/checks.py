@@ -23,6 +23,7 @@ from physagent_studio.reconstruction import consistency
 from physagent_studio.reconstruction.camera.estimate import Horizon
 from physagent_studio.reconstruction.photo.colours import colour_of, pixels_like, said_of
 from physagent_studio.reconstruction.photo.regions import BoolArray, border_share, iou
+from physagent_studio.reconstruction.placement.seats import bearing
 from physagent_studio.reconstruction.placement.static_stability import beyond
 from physagent_studio.reconstruction.shapes.contact import vertical_gap
 from physagent_studio.reconstruction.shapes.meshes import mesh_of
@@ -188,7 +189,7 @@ def gap_below(item: SceneObject, state: SceneState, meshes: Mapping[str, Mesh]) 
     world = in_world(item, body)
     below = state.object(item.support or "")
     if below is not None and below.name in meshes and below.position is not None:
-        other = _solid(below, meshes)
+        other = bearing(below, _solid(below, meshes))
         return vertical_gap(world, body.faces, in_world(below, other), other.faces)
     support = state.support(item.support or "")
     if support is None or support.shape is None:

@@ -18,6 +18,7 @@ from physagent_studio.reconstruction.camera.rays import (
     on_upright,
     on_upright_through,
 )
+from physagent_studio.reconstruction.placement.seats import base_on_seat, has_seat
 from physagent_studio.reconstruction.shapes.forms import highest
 from physagent_studio.reconstruction.shapes.primitives import Base, Lying
 from physagent_studio.reconstruction.shapes.silhouettes import in_world
@@ -62,6 +63,8 @@ def base_of(
         inside = _in_the_vessel(stance, read.camera, below, mesh)
         if inside is not None:
             return inside
+        if has_seat(below):
+            return base_on_seat(stance, read.camera, below, mesh)
         z = below.position[2] + highest(mesh, below.rotation)
         wide = _on_a_wide_top(stance, read.camera, below, mesh, z)
         if wide is not None:

@@ -22,7 +22,7 @@ from physagent_studio.reconstruction.camera.rays import (
 )
 from physagent_studio.reconstruction.grounding.same_kind import alike
 from physagent_studio.reconstruction.photo.line_segments import Segments
-from physagent_studio.reconstruction.photo.regions import BoolArray, bounds
+from physagent_studio.reconstruction.photo.regions import BoolArray, bounds, iou
 from physagent_studio.reconstruction.placement.bases import (
     base_of,
     is_in_round_stack,
@@ -32,11 +32,13 @@ from physagent_studio.reconstruction.placement.bases import (
 from physagent_studio.reconstruction.placement.basins import standing_for
 from physagent_studio.reconstruction.placement.depenetration import moved_apart
 from physagent_studio.reconstruction.placement.resting import settled
+from physagent_studio.reconstruction.placement.seats import SEAT, bearers, seat_below
 from physagent_studio.reconstruction.placement.tilted import tilt_of
 from physagent_studio.reconstruction.shapes.forms import (
     Form,
     balances_on_a_point,
     forms,
+    inflated_form,
     lowest,
     with_flats,
 )
@@ -44,6 +46,7 @@ from physagent_studio.reconstruction.shapes.inflation import inflated_mesh
 from physagent_studio.reconstruction.shapes.lying import lies
 from physagent_studio.reconstruction.shapes.meshes import mesh_of
 from physagent_studio.reconstruction.shapes.primitives import Base
+from physagent_studio.reconstruction.shapes.silhouettes import in_world, silhouette
 from physagent_studio.reconstruction.shapes.vessels import hollow_first, hollow_kinds, opened
 from physagent_studio.reconstruction.supports.stances import Stance
 from physagent_studio.reconstruction.survey.survey import Survey
@@ -147,22 +150,87 @@ def _placed(
     out: dict[str, _One] = {}
     done = standing_for(ground.supports)
     for count, item in enumerate(order):
-        offers = _offers(item, ground, done, kinds.get(item.name))
-        form, read = offers[0], ground.read
-        hollow = item.shape is None and item.form is None and item.name in read.vessels
-        form = hollow_first(offers) if hollow else form
-        if item.shape is None and item.form is None and _is_seen_to_balance(form, item.name, read):
-            form = with_flats(form) if at_work("flats") else form
-        if item.shape is None and item.name in read.vessels:
-            form = opened(form)
-        fresh = item.name in ground.fresh
-        put = _with_hull(settled(item, form, read, ground.supports, done, fresh), form.mesh)
-        tried = tuple(ShapeOffer(one.kind, one.merit, one.iou) for one in offers)
-        chosen = form.kind if hollow else offers[0].kind
-        out[item.name] = _One(put, form, chosen, tried if item.shape is None else ())
-        done[item.name] = (put, form.mesh)
+        one, on = _one(item, ground, done, kinds.get(item.name)), ground.read.on[item.name]
+        if item.shape is None and on in out and _shown(one, ground) < SEAT.max_top_iou:
+            carrier = next(below for below in order if below.name == on)
+            one = _elsewhere(item, carrier, ground, (done, out), one)
+        out[item.name] = one
+        done[item.name] = (one.item, one.form.mesh)
         tick((count + 1) / len(order))
     return out
+
+
+def _one(
+    item: SceneObject,
+    ground: Ground,
+    done: Mapping[str, tuple[SceneObject, Mesh]],
+    kind: str | None = None,
+) -> _One:
+    """An object in its place on what carries it. kind: the form that is settled, if it is."""
+    offers, read = _offers(item, ground, done, kind), ground.read
+    form = offers[0]
+    hollow = item.shape is None and item.form is None and item.name in read.vessels
+    form = hollow_first(offers) if hollow else form
+    if item.shape is None and item.form is None and _is_seen_to_balance(form, item.name, read):
+        form = with_flats(form) if at_work("flats") else form
+    if item.shape is None and item.name in read.vessels:
+        form = opened(form)
+    put = _put(item, form, ground, done)
+    tried = tuple(ShapeOffer(one.kind, one.merit, one.iou) for one in offers)
+    chosen = form.kind if hollow else offers[0].kind
+    return _One(put, form, chosen, tried if item.shape is None else ())
+
+
+def _put(
+    item: SceneObject,
+    form: Form,
+    ground: Ground,
+    done: Mapping[str, tuple[SceneObject, Mesh]],
+) -> SceneObject:
+    fresh = item.name in ground.fresh
+    put = settled(item, form, ground.read, ground.supports, bearers(done), fresh)
+    return _with_hull(put, form.mesh)
+
+
+def _shown(one: _One, ground: Ground) -> float:
+    """IoU of a thing in its place with its mask, where no other thing is seen."""
+    mask = ground.masks[one.item.name]
+    seen = silhouette(ground.read.camera, in_world(one.item, one.form.mesh), one.form.mesh.faces)
+    others = [other for name, other in ground.masks.items() if name != one.item.name]
+    hidden = np.any(others, axis=0) if others else np.zeros_like(mask)
+    return iou(seen & (mask | ~hidden), mask)
+
+
+def _elsewhere(
+    item: SceneObject,
+    carrier: SceneObject,
+    ground: Ground,
+    so_far: tuple[dict[str, tuple[SceneObject, Mesh]], dict[str, _One]],
+    first: _One,
+) -> _One:
+    """A thing that is not seen where it would be on top of what ends it below.
+
+    It stands on a seat of that, which then gets one, or beside it on the same ground. so_far: what
+    is in place, and how that came; a carrier with a seat is put there. first: the thing on top.
+    """
+    (done, out), read = so_far, ground.read
+    name, on, least = item.name, carrier.name, _shown(first, ground) + SEAT.min_gain
+    mask = ground.masks[on]
+    seat = seat_below(ground.stances[name], read.camera, *done[on], mask)
+    if seat is not None and carrier.shape is None:
+        base = _base(carrier, ground, done)
+        form = inflated_form(read.camera, mask, base, read.usual[on], seat)
+        put = _put(carrier, form, ground, done)
+        found = _one(item, ground, {**done, on: (put, form.mesh)})
+        loss = out[on].form.iou - form.iou
+        if loss < SEAT.max_loss and _shown(found, ground) > least:
+            done[on], out[on] = (put, form.mesh), replace(out[on], item=put, form=form)
+            return found
+    if read.on[on] == AIR:
+        return first
+    beside = replace(read, on={**read.on, name: read.on[on]})
+    found = _one(item, replace(ground, read=beside), done)
+    return found if _shown(found, ground) > least else first
 
 
 def _with_hull(item: SceneObject, mesh: Mesh) -> SceneObject:
@@ -198,6 +266,15 @@ def _from_the_ground(objects: tuple[SceneObject, ...], read: Survey) -> list[Sce
     return sorted(objects, key=lambda item: level(item.name))
 
 
+def _base(item: SceneObject, ground: Ground, done: Mapping[str, tuple[SceneObject, Mesh]]) -> Base:
+    base = base_of(ground.stances[item.name], ground.read, ground.supports, done)
+    usual = ground.read.usual[item.name]
+    if not usual.known:
+        return base
+    longest = (usual.metres, usual.spread)
+    return replace(base, longest=longest, deep=usual.depth, flat=usual.flat)
+
+
 def _offers(
     item: SceneObject,
     ground: Ground,
@@ -209,11 +286,7 @@ def _offers(
     kind: the only one wanted, if it is settled.
     """
     read, mask = ground.read, ground.masks[item.name]
-    base = base_of(ground.stances[item.name], read, ground.supports, done)
-    usual = read.usual[item.name]
-    if usual.known:
-        longest = (usual.metres, usual.spread)
-        base = replace(base, longest=longest, deep=usual.depth, flat=usual.flat)
+    base, usual = _base(item, ground, done), read.usual[item.name]
     tilt = tilt_of(base, shape_of(read.on[item.name], ground.supports), usual.shapes)
     camera = tilt.camera(read.camera) if tilt is not None else read.camera
     if item.shape is None:

@@ -162,7 +162,7 @@ def _fitted(
     if "inflated" in wanted or not made:
         lying = flat_form(camera, mask, base, usual)
         turned = _turned_form(camera, mask, base, usual)
-        made.append(lying or turned or _inflated_form(camera, mask, base, usual))
+        made.append(lying or turned or inflated_form(camera, mask, base, usual))
     made.sort(key=lambda form: (form.kind != kind, -form.merit))
     best: dict[str, Form] = {}
     for form in made:
@@ -273,10 +273,13 @@ def _corrected(
     return Revolved(profile=profile), (x, y, foot - profile[0][0])
 
 
-def _inflated_form(camera: Camera, mask: BoolArray, base: Base, usual: Usual) -> Form:
+def inflated_form(
+    camera: Camera, mask: BoolArray, base: Base, usual: Usual, seat: float | None = None
+) -> Form:
     """The inflated mask, its size and place corrected until its silhouette spans the mask's.
 
-    The foot that is seen is the near rim; the middle plane lies half a depth behind it.
+    The foot that is seen is the near rim; the middle plane lies half a depth behind it. seat: see
+    `Inflated`.
     """
     x0, y0, x1, y1 = bounds(mask)
     natural = natural_depth(mask)
@@ -298,7 +301,8 @@ def _inflated_form(camera: Camera, mask: BoolArray, base: Base, usual: Usual) ->
     shape = Inflated(size=(width, share * width, height), straight=straight)
     mesh, place = inflated_mesh(mask, camera, shape), (x, y, foot)
     for _ in range(4):
-        shape = Inflated(size=(width, max(share * width, 1e-4), height), straight=straight)
+        size = (width, max(share * width, 1e-4), height)
+        shape = Inflated(size=size, straight=straight, seat=seat)
         mesh = inflated_mesh(mask, camera, shape)
         place = _centred(mesh, (x, y), foot)
         seen = camera.project(mesh.vertices + np.array(place))[0]

@@ -8,7 +8,7 @@ ground, for a thing that is seen to stand has a base to stand on.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,6 +43,9 @@ def inflated_mesh(mask: BoolArray, camera: Camera, shape: Inflated) -> Mesh:
     plan = None if shape.turn is None else plan_of(mask, camera, shape.turn, shape.thickness)
     if plan is not None:
         vertices, faces = prism_mesh(mask, camera, plan)
+    elif shape.seat is not None and not shape.flat:
+        half = _half_depth(_laid(mask, camera, shape.straight), mask, share)
+        vertices, faces = _with_back(mask, _plane(mask, camera), half, shape.seat)
     else:
         vertices, faces = lay(mask, camera, share, shape.straight)
     low, high = vertices.min(0), vertices.max(0)
@@ -110,16 +113,7 @@ def _upright(
     depth_share: extent of the result along y as a share of that along x.
     """
     flat, ahead, sheet = _laid(mask, camera, straight)
-    x0, y0, x1, y1 = bounds(mask)
-    least, most = 0.0, 6.0 * max(x1 - x0, y1 - y0)
-    for _ in range(30):
-        half = (least + most) / 2
-        low, high = _box(flat, ahead, sheet, half)
-        extent = high - low
-        if extent[1] < depth_share * extent[0]:
-            least = half
-        else:
-            most = half
+    most = _half_depth((flat, ahead, sheet), mask, depth_share)
     if sheet.straight_at(most):
         body, legs = split_legs(mask) if at_work("legs") else (mask, [])
         if legs:
@@ -127,6 +121,23 @@ def _upright(
     thick = thickness(sheet, most)
     push = thick[:, None] * ahead[None]
     return closed(np.vstack([flat - push, flat + push]), sheet, thick)
+
+
+def _half_depth(
+    laid: tuple[FloatArray, FloatArray, Sheet], mask: BoolArray, depth_share: float
+) -> float:
+    """Half thickness in pixels with which what is laid reaches so far along y, of that along x."""
+    x0, y0, x1, y1 = bounds(mask)
+    least, most = 0.0, 6.0 * max(x1 - x0, y1 - y0)
+    for _ in range(30):
+        half = (least + most) / 2
+        low, high = _box(*laid, half)
+        extent = high - low
+        if extent[1] < depth_share * extent[0]:
+            least = half
+        else:
+            most = half
+    return most
 
 
 def _level(
@@ -146,10 +157,13 @@ def _level(
 
 
 def _on_legs(
-    body: BoolArray, legs: list[BoolArray], plane: _Plane, half: float
+    body: BoolArray, legs: list[BoolArray], plane: _Plane, half: float, shift: float = 0.0
 ) -> tuple[FloatArray, NDArray[np.int64]]:
-    """A flat body 2 · half pixels deep on posts, of each leg one at the front, one at the back."""
-    parts = [plane.standing(body, half, 0.0, straight=True)]
+    """A flat body 2 · half pixels deep on posts, of each leg one at the front, one at the back.
+
+    shift: of its middle behind the plane, pixels.
+    """
+    parts = [plane.standing(body, half, shift, straight=True)] if body.any() else []
     max_post_share = 0.4  # 0.1..0.6: of the body's depth: legs are thinner
     ground = max(bounds(leg)[3] for leg in legs)
     for leg in legs:
@@ -157,9 +171,42 @@ def _on_legs(
         x0, _, x1, _ = bounds(leg)
         own = min(0.5 * (x1 - x0), max_post_share * half)
         for side in (-1.0, 1.0):
-            parts.append(plane.standing(leg, own, side * (half - own)))
+            parts.append(plane.standing(leg, own, shift + side * (half - own)))
     vertices, faces = one_surface(parts)
     return vertices, faces.astype(np.int64)
+
+
+def _with_back(
+    mask: BoolArray, plane: _Plane, half: float, seat: float
+) -> tuple[FloatArray, NDArray[np.int64]]:
+    """What is seen below its seat 2 · half pixels deep, and above that only its back, behind."""
+    row = seat_row(mask, seat)
+    low, high = np.zeros_like(mask), mask.copy()
+    low[row:], high[row:] = mask[row:], False
+    # What stands on the seat hides where it goes on.
+    columns = np.flatnonzero(low.any(0))
+    first = low.argmax(0)
+    hidden_share = 0.35  # 0.1..0.6: of what is seen below the seat, that may be hidden of it
+    for column in columns[first[columns] - row < hidden_share * (low.shape[0] - row)]:
+        low[row : first[column], column] = True
+    body, legs = split_legs(low) if at_work("legs") else (low, [])
+    front = plane.farther(-half)
+    if legs:
+        parts = [_on_legs(body, legs, front, half, half)]
+    else:
+        parts = [front.standing(low, half, half, straight=True)]
+    if high.any():
+        back_share = 0.15  # 0.05..0.4: of the depth of the seat, that of its back
+        own = back_share * half
+        parts.append(plane.farther(half - own).standing(high, own, 0.0, straight=True))
+    vertices, faces = one_surface(parts)
+    return vertices, faces.astype(np.int64)
+
+
+def seat_row(mask: BoolArray, seat: float) -> int:
+    """The row of the picture in which the front edge of a seat is seen."""
+    _, y0, _, y1 = bounds(mask)
+    return int(np.clip(round(y1 - seat * (y1 - y0)), y0 + 1, y1 - 1))
 
 
 def _down_to(leg: BoolArray, row: int) -> BoolArray:
@@ -182,6 +229,10 @@ class _Plane:
     centre: FloatArray
     ahead: FloatArray
     behind: FloatArray
+
+    def farther(self, shift: float) -> _Plane:
+        """The plane so many pixels behind it: what is laid on it is seen in the same place."""
+        return replace(self, centre=self.centre + shift * self.behind / self.camera.focal)
 
     def laid(self, sheet: Sheet) -> FloatArray:
         """Places (V, 3) of a sheet, m."""

@@ -150,6 +150,16 @@ def is_plain(report: dict[str, Any]) -> bool:
     return not report["untested"] and not report["not_understood"] and not report["doubts"]
 
 
+def _again(report: dict[str, Any]) -> str:
+    """What to say of boxes where some of what is asked about has none."""
+    if not any(one["helps"].startswith("draw a box") for one in report["doubts"]):
+        return ""
+    return (
+        ' or run again with a box around it (--object "name@x0,y0,x1,y1", in a case.yaml `box: [x0,'
+        " y0, x1, y1]`),"
+    )
+
+
 def _print(report: dict[str, Any], state: LoopState, as_json: bool, *, asked: bool) -> None:
     if as_json:
         output.print_json(report)
@@ -174,9 +184,8 @@ def _print(report: dict[str, Any], state: LoopState, as_json: bool, *, asked: bo
         typer.echo(f"its candidates: {picture}")
     if asked:
         typer.echo(
-            f"waiting for your word: physagent studio {report['session']}; or run again with a box"
-            ' around it (--object "name@x0,y0,x1,y1", in a case.yaml `box: [x0, y0, x1, y1]`), or'
-            " with --yes to go on as it is"
+            f"waiting for your word: physagent studio {report['session']};{_again(report)} or run"
+            " again with --yes to go on as it is"
         )
         return
     if waiting := waits_for(state):

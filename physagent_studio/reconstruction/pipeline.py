@@ -32,7 +32,7 @@ from physagent_studio.reconstruction.learned.at_hand import NOTHING, Inpainting,
 from physagent_studio.reconstruction.masks import click_checks as grounds
 from physagent_studio.reconstruction.masks.foot_spill import sound_masks
 from physagent_studio.reconstruction.masks.segmenter import EmbeddedSegmenter, Segmenter, choose
-from physagent_studio.reconstruction.masks.sureness import sureness
+from physagent_studio.reconstruction.masks.sureness import doubting, sureness
 from physagent_studio.reconstruction.photo.line_segments import Segments, segments
 from physagent_studio.reconstruction.placement import basins, supports
 from physagent_studio.reconstruction.placement.place import Ground, Placed, place_all
@@ -201,6 +201,7 @@ def _look(
     checks = findings.measure(done, masks, bodies, fixed, sight.read.estimate, image)
     checks += tuple(grounds.measure(state, image, masks))
     groundings = [(item.name, item.grounding) for item in state.objects]
+    sure = sureness(image, masks, sight.candidates, groundings, previous)
     return Scene(
         state=done,
         photo=image,
@@ -212,7 +213,7 @@ def _look(
         findings=checks,
         hash="",
         shapes=MappingProxyType(ranking(state, masks, placed.offers, previous)),
-        sureness=MappingProxyType(sureness(image, masks, sight.candidates, groundings, previous)),
+        sureness=MappingProxyType(doubting(sure, state.objects, checks)),
         learned=uses_of(inpaint, state.objects, sight.candidates, plate, previous),
     )
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Container, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Literal
 
@@ -47,27 +47,37 @@ def doubts_of(scene: Scene | None, words: Iterable[str] = ()) -> tuple[Doubt, ..
     found: tuple[Doubt, ...] = ()
     if scene is not None:
         height = None if scene.photo is None else scene.photo.shape[0]
-        found = doubts_about(scene.sureness, scene.state.camera, height)
+        boxed = {o.name for o in scene.state.objects if o.grounding.box is not None}
+        found = doubts_about(scene.sureness, scene.state.camera, height, boxed)
     return (*found, *(Doubt("word", word, 0.0, "say it in other words") for word in words))
 
 
 def doubts_about(
-    sureness: Mapping[str, float], camera: Camera | None, height: int | None
+    sureness: Mapping[str, float],
+    camera: Camera | None,
+    height: int | None,
+    boxed: Container[str] = (),
 ) -> tuple[Doubt, ...]:
     """What is doubted of masks, by how sure each is, and of a camera; the least probable first.
 
-    height: of the photo, pixels; None without one.
+    height: of the photo, pixels; None without one. boxed: things that have a box around them.
     """
-    found = [*_of_masks(sureness), *_of_camera(camera, height)]
+    found = [*_of_masks(sureness, boxed), *_of_camera(camera, height)]
     return tuple(sorted(found, key=lambda doubt: (doubt.probability, doubt.name)))
 
 
-def _of_masks(sureness: Mapping[str, float]) -> list[Doubt]:
+def _of_masks(sureness: Mapping[str, float], boxed: Container[str]) -> list[Doubt]:
     return [
-        Doubt("mask", name, probability, f"draw a box around {name.replace('_', ' ')}")
+        Doubt("mask", name, probability, _helping(name.replace("_", " "), name in boxed))
         for name, probability in sureness.items()
         if probability < DOUBTED_BELOW
     ]
+
+
+def _helping(thing: str, is_boxed: bool) -> str:
+    if not is_boxed:
+        return f"draw a box around {thing}"
+    return f"click on what is missing of {thing}, or paint over it in the studio"
 
 
 def _of_camera(camera: Camera | None, height: int | None) -> list[Doubt]:

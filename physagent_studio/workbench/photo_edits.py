@@ -34,6 +34,7 @@ from physagent_studio.records import Case, ShapeOffer
 
 FORMS: tuple[FormKind, ...] = (
     "sphere", "ellipsoid", "cylinder", "frustum", "capsule", "torus", "box", "revolved", "inflated",
+    "board",
 )  # fmt: skip
 SMALLEST, LARGEST = 1e-3, 1e3
 """Sizes that may be typed, m."""

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from physagent_studio.program.scene.camera import Camera
-from physagent_studio.program.scene.state import SceneState
+from physagent_studio.program.scene.state import Grounding, SceneObject, SceneState
 from physagent_studio.records import Scene, doubts_of
 
 
@@ -42,3 +42,11 @@ def test_what_a_person_has_confirmed_is_not_doubted() -> None:
 def test_words_that_nobody_understood_are_doubts_as_well() -> None:
     (found,) = doubts_of(None, ["sideways"])
     assert (found.kind, found.name, found.probability) == ("word", "sideways", 0.0)
+
+
+def test_no_box_is_asked_for_where_one_is_drawn() -> None:
+    scene = _scene(duck=0.2)
+    duck = SceneObject(name="duck", grounding=Grounding(box=(1.0, 1.0, 9.0, 9.0)))
+    state = scene.state.model_copy(update={"objects": (duck,)})
+    (found,) = doubts_of(replace(scene, state=state))
+    assert found.helps == "click on what is missing of duck, or paint over it in the studio"

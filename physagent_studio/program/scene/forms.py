@@ -113,9 +113,10 @@ class Inflated(Frozen):
     lies, so that its outline is that of the level plane rather than of an upright one. `straight`:
     front and back are flat, and its sides run straight from one to the other, with a rounded rim.
     `turn`: degrees of its length, seen from above: one side of it over all its width, which is
-    `thickness` times its length; None for what faces the view. `seat`: the share of its
-    height, from below, at which it has a level place to stand on: above that only its back
-    goes on. `hull`: where it ends, some corners of its hull in the body frame, metres, as large as
+    `thickness` times its length; None for what faces the view.
+    `facing`: its front faces the view, wherever feet are seen. `seat`: the share of its height,
+    from below, at which it has a level place to stand on: above that only its back goes on.
+    `hull`: where it ends, some corners of its convex hull in the body frame, metres, as large as
     `size` says; without them it counts as an ellipsoid.
     """
 
@@ -125,6 +126,7 @@ class Inflated(Frozen):
     flat: bool = False
     straight: bool = False
     turn: Annotated[float, Field(ge=-360, le=360)] | None = None
+    facing: bool = False
     seat: Annotated[float, Field(gt=0, lt=1)] | None = None
     hull: Corners = ()
 

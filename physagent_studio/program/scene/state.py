@@ -134,7 +134,16 @@ class Grounding(Frozen):
 
 
 FormKind = Literal[
-    "sphere", "ellipsoid", "cylinder", "frustum", "capsule", "torus", "box", "revolved", "inflated"
+    "sphere",
+    "ellipsoid",
+    "cylinder",
+    "frustum",
+    "capsule",
+    "torus",
+    "box",
+    "revolved",
+    "inflated",
+    "board",
 ]
 
 
@@ -166,7 +175,8 @@ class SceneObject(Frozen):
     (resistance of round things, the force that it takes to keep one rolling over its weight)
     override that row. body: how it holds together. wheels: on which it stands, None for none.
     balances: it keeps its balance, as a person or an animal does, and does not tilt. form: the kind
-    of shape that an open `shape` becomes; None leaves the choice open too.
+    of shape that an open `shape` becomes; None leaves the choice open too; `board` is its outline
+    cut out of a board, the last resort where no kind shows it.
     """
 
     name: Name

@@ -60,19 +60,23 @@ def measure(state: SceneState, image: Image, masks: Mapping[str, BoolArray]) -> 
     for item in asked:
         if item.name not in twice:
             mask = cv2.resize(masks[item.name].astype(np.uint8), size).astype(bool)
-            found += _on_nothing(item.name, lab, mask)
+            found += _on_nothing(item, lab, mask)
     return found
 
 
-def _on_nothing(name: str, lab: NDArray[np.float32], mask: BoolArray) -> list[Finding]:
+def _on_nothing(item: SceneObject, lab: NDArray[np.float32], mask: BoolArray) -> list[Finding]:
     """A click on bare ground: what it gives has no outline."""
     if np.count_nonzero(mask) < 12:
         return []
     step = outline_contrast(lab, mask)
     if step >= CLICKS.min_step_lab:
         return []
-    text = f"nothing stands out where {name} is clicked; click on it, or draw a box around it"
-    return [Finding("stands out", name, step, CLICKS.min_step_lab, "Lab", False, "points", text)]
+    text = f"nothing stands out where {item.name} is clicked; click on it, or draw a box around it"
+    if item.grounding.box is not None:
+        text = f"{item.name} hardly stands out in its box"
+    return [
+        Finding("stands out", item.name, step, CLICKS.min_step_lab, "Lab", False, "points", text)
+    ]
 
 
 def _near(one: SceneObject, other: SceneObject, masks: Mapping[str, BoolArray]) -> bool:

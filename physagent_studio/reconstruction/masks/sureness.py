@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physagent_studio.knowledge.things import usual_size
-from physagent_studio.program.scene.state import Grounding
+from physagent_studio.program.scene.state import Grounding, SceneObject
 from physagent_studio.reconstruction.masks.draft_score import outline_contrast
 from physagent_studio.reconstruction.masks.task import view_of
 from physagent_studio.reconstruction.masks.thing_map import expected_iou, soft_iou, thing_map
@@ -30,7 +30,7 @@ from physagent_studio.reconstruction.photo.regions import (
     solidity,
 )
 from physagent_studio.records.case import Image
-from physagent_studio.records.scene import Candidate, Scene
+from physagent_studio.records.scene import Candidate, Finding, Scene
 
 Features = dict[str, float]
 
@@ -87,6 +87,8 @@ class SurenessSettings:
     likelier_by: float = 0.1
     # share, 0.2..0.8: of a box reached on its four sides, below which a mask is a part the surer
     least_fill_share: float = 0.5
+    faint_probability: float = 0.45  # probability, 0.1..0.5: at most, of what hardly stands out
+    board_probability: float = 0.3  # probability, 0.1..0.5: at most, of what no kind of shape shows
     other_reading_ratio: float = 0.8  # 0.5..0.95: IoU below which a candidate is another reading
 
 
@@ -121,7 +123,7 @@ def _still_true(
     groundings: Sequence[tuple[str, Grounding]],
 ) -> dict[str, float]:
     """The probabilities of an earlier scene whose mask, candidates and marks are as they were."""
-    before = {item.name: item.grounding for item in previous.state.objects}
+    before = {o.name: o.grounding for o in previous.state.objects if o.form != "board"}
     return {
         name: previous.sureness[name]
         for name, grounding in groundings
@@ -131,6 +133,16 @@ def _still_true(
         and before.get(name) == grounding
         and np.array_equal(masks[name], previous.masks[name])
     }
+
+
+def doubting(
+    sure: Mapping[str, float], objects: Sequence[SceneObject], failing: Sequence[Finding]
+) -> dict[str, float]:
+    """The probabilities with those doubted that hardly stand out, or are only boards."""
+    faint = {one.subject for one in failing if one.name == "stands out" and not one.ok}
+    least = dict.fromkeys(faint, SURENESS.faint_probability)
+    least |= {o.name: SURENESS.board_probability for o in objects if o.form == "board"}
+    return dict(sure) | {name: min(value, sure.get(name, 1.0)) for name, value in least.items()}
 
 
 def is_chosen(grounding: Grounding) -> bool:

@@ -34,13 +34,12 @@ from physagent_studio.reconstruction.placement.depenetration import moved_apart
 from physagent_studio.reconstruction.placement.resting import settled
 from physagent_studio.reconstruction.placement.seats import SEAT, bearers, seat_below
 from physagent_studio.reconstruction.placement.tilted import tilt_of
+from physagent_studio.reconstruction.shapes.flats import balances_on_a_point, with_flats
 from physagent_studio.reconstruction.shapes.forms import (
     Form,
-    balances_on_a_point,
     forms,
     inflated_form,
     lowest,
-    with_flats,
 )
 from physagent_studio.reconstruction.shapes.inflation import inflated_mesh
 from physagent_studio.reconstruction.shapes.lying import lies

@@ -10,17 +10,14 @@ import cv2
 import numpy as np
 
 from physagent_studio.arrays import FloatArray
-from physagent_studio.knowledge import Usual
+from physagent_studio.knowledge.things import UNKNOWN, Usual
 from physagent_studio.program.base import IDENTITY
 from physagent_studio.program.rotations import matrix_of
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import (
-    Capsule,
-    Ellipsoid,
     Inflated,
     Revolved,
     Shape,
-    Sphere,
 )
 from physagent_studio.reconstruction.camera.rays import metres_per_pixel, on_plane, on_upright
 from physagent_studio.reconstruction.photo.line_segments import Segments
@@ -30,8 +27,8 @@ from physagent_studio.reconstruction.shapes.inflation import (
     natural_depth,
     upright_extent,
 )
-from physagent_studio.reconstruction.shapes.lying import fit_lying, lies
-from physagent_studio.reconstruction.shapes.meshes import capsule_profile, mesh_of
+from physagent_studio.reconstruction.shapes.lying import fit_lying
+from physagent_studio.reconstruction.shapes.meshes import mesh_of
 from physagent_studio.reconstruction.shapes.primitives import PRIMITIVE, Base, Fit, fit_all
 from physagent_studio.reconstruction.shapes.prisms import plan_seen, prism_mesh
 from physagent_studio.reconstruction.shapes.revolution import mirror_symmetry, revolved
@@ -57,10 +54,10 @@ class FormSettings:
     min_straight_ratio: float = 0.6
     thin_deg: float = 12.0  # 3..30: least angle from which one looks down on thin things that lie
     thick_deg: float = 30.0  # 10..60: on thick ones
-    # 0.8..1: of a round body's half height, where the flats of a stack begin
-    flat_share: float = 0.94
     part_rounds: int = 8  # count, 1..16: in which a body and what stands off it are told apart
     min_part_step: float = 0.005  # IoU, 0..0.05: of body and parts, for which there is another
+    min_across_iou: float = 0.5  # IoU, 0.2..0.8: with its mask, of what stands across its feet
+    board_share: float = 0.25  # 0.05..0.5: of an outline's shorter side: how thick its board is
     min_part_gain: float = 0.03  # IoU, 0..0.1: in all, for which the body is taken without them
 
 
@@ -142,6 +139,8 @@ def _fitted(
     found: Segments | None = None,
 ) -> list[Form]:
     """All forms that fit the mask, best first; see `forms`."""
+    if kind == "board":
+        return [_board_form(camera, mask, base)]
     wanted = (kind,) if kind is not None else ()
     if kind is None or not only:
         wanted = tuple(dict.fromkeys((*wanted, *_worth_trying(mask, usual, hidden))))
@@ -162,7 +161,12 @@ def _fitted(
     if "inflated" in wanted or not made:
         lying = flat_form(camera, mask, base, usual)
         turned = _turned_form(camera, mask, base, usual)
-        made.append(lying or turned or inflated_form(camera, mask, base, usual))
+        form = lying or turned or inflated_form(camera, mask, base, usual)
+        if form.iou < FORM.min_across_iou and not (lying or turned):
+            # What is taken for its feet is none: it is turned too far on them.
+            facing = inflated_form(camera, mask, base, usual, facing=True)
+            form = max(form, facing, key=lambda one: one.iou)
+        made.append(form)
     made.sort(key=lambda form: (form.kind != kind, -form.merit))
     best: dict[str, Form] = {}
     for form in made:
@@ -175,41 +179,6 @@ def _form_of(fit: Fit) -> Form:
     mesh = mesh_of(fit.shape)
     kind = fit.shape.kind
     return Form(kind, fit.shape, mesh, fit.position, fit.rotation, fit.iou, fit.merit)
-
-
-def with_flats(form: Form) -> Form:
-    """A round body with small flats at its poles, as fruit has: it can carry and be carried.
-
-    Its height and width stay; other bodies stay as they are, and so does what lies.
-    """
-    if lies(form.rotation):
-        return form
-    if isinstance(form.shape, Capsule):
-        whole = np.array(capsule_profile(form.shape))
-    elif isinstance(form.shape, Sphere | Ellipsoid):
-        radii = (form.shape.radius,) * 3 if isinstance(form.shape, Sphere) else form.shape.radii
-        turn = np.linspace(-math.pi / 2, math.pi / 2, 49)
-        whole = np.column_stack([radii[2] * np.sin(turn), radii[0] * np.cos(turn)])
-    else:
-        return form
-    level = np.sin(np.linspace(-1, 1, 25) * math.asin(FORM.flat_share)) * whole[-1, 0]
-    radius = np.interp(level, whole[:, 0], whole[:, 1])
-    shape = Revolved(
-        profile=tuple(
-            (float(z), float(r)) for z, r in zip(level / FORM.flat_share, radius, strict=True)
-        )
-    )
-    return replace(form, kind="revolved", shape=shape, mesh=mesh_of(shape))
-
-
-def balances_on_a_point(form: Form) -> bool:
-    """Whether a round body stands on its end, where it would fall over without a flat there."""
-    shape = form.shape
-    if lies(form.rotation):
-        return False
-    if isinstance(shape, Capsule):
-        return shape.height > 2.05 * shape.radius
-    return isinstance(shape, Ellipsoid) and shape.radii[2] > 1.15 * min(shape.radii[:2])
 
 
 def _worth_trying(mask: BoolArray, usual: Usual, hidden: BoolArray | None) -> tuple[str, ...]:
@@ -274,12 +243,18 @@ def _corrected(
 
 
 def inflated_form(
-    camera: Camera, mask: BoolArray, base: Base, usual: Usual, seat: float | None = None
+    camera: Camera,
+    mask: BoolArray,
+    base: Base,
+    usual: Usual,
+    seat: float | None = None,
+    *,
+    facing: bool = False,
 ) -> Form:
     """The inflated mask, its size and place corrected until its silhouette spans the mask's.
 
-    The foot that is seen is the near rim; the middle plane lies half a depth behind it. seat: see
-    `Inflated`.
+    The foot that is seen is the near rim; the middle plane lies half a depth behind it. seat
+    and facing: see `Inflated`.
     """
     x0, y0, x1, y1 = bounds(mask)
     natural = natural_depth(mask)
@@ -289,7 +264,7 @@ def inflated_form(
         and usual.depth is not None
         and (usual.drives or depth > FORM.min_straight_ratio * natural)
     )
-    extent = upright_extent(mask, camera, depth, straight)
+    extent = upright_extent(mask, camera, depth, straight, facing)
     share = extent[1] / max(extent[0], 1e-9)
     along = base.hold < 1 and not base.free_z
     pixel = metres_per_pixel(camera, (base.x, base.y, base.z))
@@ -298,11 +273,11 @@ def inflated_form(
     y = base.y + (0.5 * (1 - base.hold) * min(share, 1.0) * width if along else 0.0)
     x = float(on_upright(camera, [((x0 + x1) / 2, y1)], y)[0, 0])
     foot = base.z
-    shape = Inflated(size=(width, share * width, height), straight=straight)
+    shape = Inflated(size=(width, share * width, height), straight=straight, facing=facing)
     mesh, place = inflated_mesh(mask, camera, shape), (x, y, foot)
     for _ in range(4):
         size = (width, max(share * width, 1e-4), height)
-        shape = Inflated(size=size, straight=straight, seat=seat)
+        shape = Inflated(size=size, straight=straight, seat=seat, facing=facing)
         mesh = inflated_mesh(mask, camera, shape)
         place = _centred(mesh, (x, y), foot)
         seen = camera.project(mesh.vertices + np.array(place))[0]
@@ -321,6 +296,15 @@ def inflated_form(
     value = iou(silhouette(camera, mesh.vertices + np.array(place), mesh.faces), mask)
     merit = value - FORM.inflated_cost + PRIMITIVE.named_gain * ("inflated" in usual.shapes)
     return Form("inflated", shape, mesh, place, IDENTITY, value, merit)
+
+
+def _board_form(camera: Camera, mask: BoolArray, base: Base) -> Form:
+    """The outline cut out of a board that stands where its foot is seen: it covers the mask."""
+    x0, y0, x1, y1 = bounds(mask)
+    depth = FORM.board_share * min(x1 - x0, y1 - y0) / (x1 - x0)
+    thin = replace(UNKNOWN, depth=depth, drives=True)
+    form = inflated_form(camera, mask, replace(base, hold=0.0), thin, facing=True)
+    return replace(form, kind="board")
 
 
 def _turned_form(camera: Camera, mask: BoolArray, base: Base, usual: Usual) -> Form | None:

@@ -38,16 +38,18 @@ def inflated_mesh(mask: BoolArray, camera: Camera, shape: Inflated) -> Mesh:
     It depends on where the mask lies in the picture and on how the camera looks, not on how far
     away the object is, so that moving the object does not change its body.
     """
-    lay, part = (_level, 2) if shape.flat else (_upright, 1)
-    share = shape.size[part] / max(shape.size[0], 1e-9)
+    share = shape.size[2 if shape.flat else 1] / max(shape.size[0], 1e-9)
+    plane = _plane(mask, camera, shape.facing)
     plan = None if shape.turn is None else plan_of(mask, camera, shape.turn, shape.thickness)
     if plan is not None:
         vertices, faces = prism_mesh(mask, camera, plan)
     elif shape.seat is not None and not shape.flat:
-        half = _half_depth(_laid(mask, camera, shape.straight), mask, share)
-        vertices, faces = _with_back(mask, _plane(mask, camera), half, shape.seat)
+        half = _half_depth(_laid(mask, plane, shape.straight), mask, share)
+        vertices, faces = _with_back(mask, plane, half, shape.seat)
+    elif shape.flat:
+        vertices, faces = _level(mask, camera, share, shape.straight)
     else:
-        vertices, faces = lay(mask, camera, share, shape.straight)
+        vertices, faces = _upright(mask, plane, share, shape.straight)
     low, high = vertices.min(0), vertices.max(0)
     scale = np.array(shape.size) / np.maximum(high - low, 1e-12)
     vertices = levelled((vertices - (low + high) / 2) * scale, faces.astype(np.int32))
@@ -86,38 +88,39 @@ def sheet_on_level(
     return closed(np.vstack([flat + push, flat - push]), sheet, thick)
 
 
-def standing_plane(mask: BoolArray, camera: Camera) -> tuple[FloatArray, FloatArray]:
+def standing_plane(mask: BoolArray, camera: Camera, facing: bool) -> tuple[FloatArray, FloatArray]:
     """Level unit vectors across the front of what stands over a mask, and along its sides, back."""
-    plane = _plane(mask, camera)
+    plane = _plane(mask, camera, facing)
     return plane.ahead, plane.behind
 
 
 def upright_extent(
-    mask: BoolArray, camera: Camera, depth: float, straight: bool = False
+    mask: BoolArray, camera: Camera, depth: float, straight: bool = False, facing: bool = False
 ) -> tuple[float, float, float]:
     """Extent (x, y, z) of a body over a mask one unit away, world axes.
 
-    depth: its thickness through the upright plane on which the mask is laid, pixels. straight: see
-    `Inflated`.
+    depth: its thickness through the upright plane on which the mask is laid, pixels. straight,
+    facing: see `Inflated`.
     """
-    low, high = _box(*_laid(mask, camera, straight), depth / 2)
+    plane = _plane(mask, camera, facing)
+    low, high = _box(*_laid(mask, plane, straight), depth / 2)
     x, y, z = (float(value) for value in high - low)
     return x, y, z
 
 
 def _upright(
-    mask: BoolArray, camera: Camera, depth_share: float, straight: bool
+    mask: BoolArray, plane: _Plane, depth_share: float, straight: bool
 ) -> tuple[FloatArray, NDArray[np.int64]]:
     """World vertices around a plane one unit away, and faces.
 
     depth_share: extent of the result along y as a share of that along x.
     """
-    flat, ahead, sheet = _laid(mask, camera, straight)
+    flat, ahead, sheet = _laid(mask, plane, straight)
     most = _half_depth((flat, ahead, sheet), mask, depth_share)
     if sheet.straight_at(most):
         body, legs = split_legs(mask) if at_work("legs") else (mask, [])
         if legs:
-            return _on_legs(body, legs, _plane(mask, camera), most)
+            return _on_legs(body, legs, plane, most)
     thick = thickness(sheet, most)
     push = thick[:, None] * ahead[None]
     return closed(np.vstack([flat - push, flat + push]), sheet, thick)
@@ -249,23 +252,23 @@ class _Plane:
         return closed(np.vstack([flat - push, flat + push]), sheet, thick)
 
 
-def _laid(mask: BoolArray, camera: Camera, straight: bool) -> tuple[FloatArray, FloatArray, Sheet]:
+def _laid(mask: BoolArray, plane: _Plane, straight: bool) -> tuple[FloatArray, FloatArray, Sheet]:
     """The silhouette on an upright plane: places (V, 3) m, the level unit vector through the
 
     plane scaled to a pixel (1 / focal, for the plane is one unit away), and the sheet.
     """
-    sheet, plane = sheet_of(mask, straight), _plane(mask, camera)
-    return plane.laid(sheet), plane.behind / camera.focal, sheet
+    sheet = sheet_of(mask, straight)
+    return plane.laid(sheet), plane.behind / plane.camera.focal, sheet
 
 
-def _plane(mask: BoolArray, camera: Camera) -> _Plane:
-    """It faces the camera, or stands across the two feet that are seen."""
+def _plane(mask: BoolArray, camera: Camera, facing: bool) -> _Plane:
+    """It faces the camera, or stands across the two feet that are seen where that is not stated."""
     x0, y0, x1, y1 = bounds(mask)
     middle = np.array([(x0 + x1) / 2, (y0 + y1) / 2])
     ray = camera.rays(middle[None])[0]
     view = np.array([ray[0], ray[1], 0.0])
     view /= max(float(np.hypot(*view[:2])), 1e-9)
-    ahead = across_the_feet(mask, camera, view)
+    ahead = view if facing else across_the_feet(mask, camera, view)
     behind = (ahead + view) / float(np.linalg.norm(ahead + view))
     return _Plane(camera, np.asarray(camera.position) + ray, ahead, behind)
 

@@ -31,7 +31,7 @@ def carried_back(
         return None
     if not isinstance(shape, Inflated) or shape.flat or not shape.straight:
         return None
-    normal, behind = standing_plane(mask, camera)
+    normal, behind = standing_plane(mask, camera, shape.facing)
     depth = mesh.vertices @ normal / (normal @ behind)
     shown = mesh.vertices + (depth.min() - depth)[:, None] * behind
     eye = (np.asarray(camera.position) - np.asarray(item.position)) @ matrix_of(item.rotation)

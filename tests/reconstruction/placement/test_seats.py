@@ -27,7 +27,9 @@ def _picture() -> np.ndarray:
 def test_a_thing_on_a_chair_stands_on_its_seat() -> None:
     things = {"jug": (286.0, 216.0, 354.0, 304.0), "chair": (210.0, 115.0, 430.0, 445.0)}
     objects = tuple(SceneObject(name=n, grounding=Grounding(box=b)) for n, b in things.items())
-    scene = reconstruct(Case(name="chair", image=_picture(), prompt=""), SceneState(objects=objects))
+    scene = reconstruct(
+        Case(name="chair", image=_picture(), prompt=""), SceneState(objects=objects)
+    )
     shown = {f.subject: f.measured for f in scene.findings if f.name == "reprojection"}
     jug, chair = scene.state.object("jug"), scene.state.object("chair")
     assert jug is not None

@@ -20,7 +20,8 @@ from physagent_studio.reconstruction.checks import measure
 from physagent_studio.reconstruction.grounding.same_kind import alike, kind_name
 from physagent_studio.reconstruction.placement.depenetration import moved_apart
 from physagent_studio.reconstruction.placement.static_stability import moved_in, nudged, reaching
-from physagent_studio.reconstruction.shapes.forms import Form, balances_on_a_point, with_flats
+from physagent_studio.reconstruction.shapes.flats import balances_on_a_point, with_flats
+from physagent_studio.reconstruction.shapes.forms import Form
 from physagent_studio.reconstruction.supports.stances import read
 
 CAMERA = Camera.from_horizon((640, 400), 40.0, 1.5)

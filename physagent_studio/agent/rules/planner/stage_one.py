@@ -36,11 +36,43 @@ def repair_scene(situation: Situation) -> Proposal:
             return proposal(
                 situation.program, why, edits, summary=words, factor=factor, confidence=0.5
             )
+    for finding in failing:
+        last = _last_resort(finding, situation)
+        if last is not None and _is_fresh(situation, last[2]):
+            factor, words, edits = last
+            why = f"Because {finding.text}, and nothing else is left to try: {words}."
+            return proposal(
+                situation.program, why, edits, summary=words, factor=factor, confidence=0.3
+            )
     worst = failing[0] if failing else None
     about = worst.subject if worst is not None else "the picture"
     text = worst.text if worst is not None else _unmeasured(situation)
-    asked = f"{text[0].upper()}{text[1:]}. Can you click inside {about}, or draw a box?"
+    item = situation.program.scene.object(about)
+    boxed = item is not None and item.grounding.box is not None
+    helps = (
+        f"click on what is missing of {about}" if boxed else f"click inside {about}, or draw a box"
+    )
+    asked = f"{text[0].upper()}{text[1:]}. Can you {helps}?"
     return proposal(situation.program, f"nothing is left to try: {text}", question=asked)
+
+
+def _last_resort(finding: Finding, situation: Situation) -> Repair | None:
+    """A thing's outline cut out of a board, which stands where it is seen; then it is doubted.
+
+    Only of what a person drew a box around, and of what nothing is demanded of.
+    """
+    name = finding.subject
+    item = situation.program.scene.object(name)
+    if item is None or item.form == "board" or finding.name == "mask":
+        return None
+    statements = situation.program.contract.statements
+    demanded = any(f'"{name}"' in statement.model_dump_json() for statement in statements)
+    if demanded and item.grounding.box is None:
+        return None
+    base = f"scene.objects.{name}"
+    edits = [SetField(path=f"{base}.form", value="board")]
+    edits += [SetField(path=f"{base}.{field}", value=None) for field in ("shape", "position")]
+    return "primitive", f"take a board with its outline for {name}", tuple(edits)
 
 
 def repair_likeness(situation: Situation) -> Proposal | None:

@@ -33,9 +33,9 @@ class RuleVerifier:
 def judge_scene(evidence: SceneEvidence) -> Assessment:
     """Every finding holds; an estimated camera is reported and not failed."""
     findings = evidence.scene.findings
-    guessed = _is_estimated(evidence.scene)
-    checks = tuple(_of_finding(f, number, guessed) for number, f in enumerate(findings))
-    failing = [f for f in findings if not f.ok and not _only_reported(f, guessed)]
+    scene = evidence.scene
+    checks = tuple(_of_finding(f, number, scene) for number, f in enumerate(findings))
+    failing = [f for f in findings if not f.ok and not _only_reported(f, scene)]
     return Assessment(
         stage="reconstruction",
         passed=not failing and evidence.scene.state.is_resolved,
@@ -44,15 +44,14 @@ def judge_scene(evidence: SceneEvidence) -> Assessment:
         untested=tuple(
             f"{'unconfirmed' if f.kind == 'camera' else 'rough'}: {f.text}"
             for f in findings
-            if not f.ok and _only_reported(f, guessed)
+            if not f.ok and _only_reported(f, scene)
         ),
     )
 
 
 def shortfall(scene: Scene) -> float:
     """How badly the demanded findings of a scene fail, summed; 0 where stage 1 holds."""
-    guessed = _is_estimated(scene)
-    checks = [_of_finding(f, n, guessed) for n, f in enumerate(scene.findings)]
+    checks = [_of_finding(f, n, scene) for n, f in enumerate(scene.findings)]
     return sum(min(-c.margin, 10.0) for c in checks if c.demanded and not c.ok)
 
 
@@ -62,23 +61,29 @@ def _is_estimated(scene: Scene) -> bool:
     return camera is not None and not camera.confirmed and camera.source in ("estimated", "assumed")
 
 
-def _only_reported(finding: Finding, guessed: bool) -> bool:
+def _only_reported(finding: Finding, scene: Scene) -> bool:
     """What is said aloud but does not stop the event.
 
     An estimated camera states how uncertain it is, and nothing else in the picture can settle
     it; a camera that somebody gave has to fit. A silhouette that is only rough still has the
-    thing in its place.
+    thing in its place. What hardly stands out in a box that a person drew is there all the same,
+    and of what is a board, the last resort, nothing more can be mended: both are doubted.
     """
+    item = scene.state.object(finding.subject)
+    if item is not None and item.form == "board" and finding.name != "mask":
+        return True
+    if finding.name == "stands out":
+        return item is not None and item.grounding.box is not None
     min_rough_iou = 0.35  # IoU, 0.2..0.7: with its mask, that shows the right thing in place
     if finding.name == "reprojection":
         return finding.measured >= min_rough_iou
-    return finding.kind == "camera" and guessed
+    return finding.kind == "camera" and _is_estimated(scene)
 
 
-def _of_finding(finding: Finding, number: int, guessed: bool) -> Check:
+def _of_finding(finding: Finding, number: int, scene: Scene) -> Check:
     scale = max(abs(finding.threshold), 1e-6)
     distance = min(abs(finding.measured - finding.threshold) / scale, 10.0)
-    reported = _only_reported(finding, guessed)
+    reported = _only_reported(finding, scene)
     return Check(
         id=f"{finding.kind}.{finding.name}.{finding.subject or number}",
         text=finding.text,

@@ -12,6 +12,7 @@ from physagent_studio.agent.roles import Situation, Trial
 from physagent_studio.agent.rules import RuleGenerator, RulePlanner, RuleVerifier
 from physagent_studio.agent.rules.planner.stage_one import repair_likeness
 from physagent_studio.program import PhysicalProgram, SceneState, apply
+from physagent_studio.program.edits import SetField
 from physagent_studio.records import (
     Candidate,
     Finding,
@@ -161,3 +162,22 @@ def test_where_no_shape_covers_it_the_next_mask_that_one_covers_is_taken() -> No
 def test_where_no_shape_covers_its_mask_a_person_is_asked() -> None:
     now = unlike(("box", 0.91), ("capsule", 0.92))
     assert repair_likeness(now) is None
+
+
+def test_what_a_box_shows_becomes_a_board_when_nothing_else_is_left() -> None:
+    """The run goes on then: nothing more about a board is demanded, it is doubted."""
+    now = situation(lambda _state: 0.1)
+    box = SetField(path="scene.objects.middle_pin.grounding.box", value=[1.0, 1.0, 3.0, 3.0])
+    now = replace(now, program=apply(now.program, (box,)))
+    proposal = RulePlanner().propose(now)
+    changed = apply(now.program, proposal.edits)
+    pin = changed.scene.object("middle_pin")
+    assert pin is not None
+    assert (pin.form, pin.shape, pin.position) == ("board", None, None)
+    scene = scene_of(now.program.scene, lambda _state: 0.1)
+    objects = tuple(
+        o.model_copy(update={"form": "board"}) if o.name == pin.name else o
+        for o in scene.state.objects
+    )
+    scene = replace(scene, state=scene.state.model_copy(update={"objects": objects}))
+    assert RuleVerifier().judge(SceneEvidence(changed, scene, None), PROMPT).passed

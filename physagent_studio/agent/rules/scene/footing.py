@@ -32,6 +32,7 @@ def with_depth(state: SceneState) -> SceneState:
 
     The depth of an inflated outline is a guess that no picture can settle, unless its name does;
     what stands by itself is not a thin slice, or the first push along it would lay it on its side.
+    What has a seat keeps it where things stand on it.
     """
     objects = tuple(_deep_enough(item) for item in state.objects)
     return state.model_copy(update={"objects": objects}) if objects != state.objects else state
@@ -60,6 +61,7 @@ def _deep_enough(item: SceneObject) -> SceneObject:
     if (
         not isinstance(shape, Inflated)
         or shape.flat
+        or shape.seat is not None
         or not stands
         or item.source in ("given", "person")
         or usual_size(item.name).depth is not None

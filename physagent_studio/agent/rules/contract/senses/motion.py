@@ -346,7 +346,9 @@ def bounce(c: Context) -> list[Spec]:
         # That it touches it is demanded where it is told.
         return [spec("reverses", c.subject, angle=90.0)]
     if (flight := c.frame.place("down")) and descents(c.layout, c.subject):
-        return [*downstairs(c), spec("bounces", c.subject, other=flight.name)]
+        whole = c.layout.state.support(flight.name) is not None
+        struck = spec("bounces", c.subject, other=flight.name) if whole else None
+        return [*downstairs(c), struck or spec("airborne", c.subject, seconds=0.1)]
     inside = c.frame.place("in", "into")
     if inside is not None and inside.kind != "group":
         # "Bounces into the box": it leaps, and is in it.

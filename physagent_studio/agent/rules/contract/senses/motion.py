@@ -34,7 +34,7 @@ from physagent_studio.agent.rules.contract.specs import (
     ways_of,
 )
 from physagent_studio.agent.rules.scene.measures import level, named_way, place_name
-from physagent_studio.agent.rules.scene.steps import descents
+from physagent_studio.agent.rules.scene.steps import descents, steps_below
 from physagent_studio.language import Place
 from physagent_studio.program.actions import Direction
 
@@ -346,9 +346,9 @@ def bounce(c: Context) -> list[Spec]:
         # That it touches it is demanded where it is told.
         return [spec("reverses", c.subject, angle=90.0)]
     if (flight := c.frame.place("down")) and descents(c.layout, c.subject):
-        whole = c.layout.state.support(flight.name) is not None
-        struck = spec("bounces", c.subject, other=flight.name) if whole else None
-        return [*downstairs(c), struck or spec("airborne", c.subject, seconds=0.1)]
+        if steps_below(c.layout, c.subject):
+            return [*downstairs(c), spec("airborne", c.subject, seconds=0.1)]
+        return [*downstairs(c), spec("bounces", c.subject, other=flight.name)]
     inside = c.frame.place("in", "into")
     if inside is not None and inside.kind != "group":
         # "Bounces into the box": it leaps, and is in it.

@@ -109,11 +109,11 @@ def _backwards_at_first(frames: list[EventFrame]) -> None:
             way = frame.direction or "backward"
             manner = frame.manner | {"backwards"}
             frames[index] = replace(frame, sense="move", direction=way, manner=manner)
-        went |= {*frame.patient} if frame.sense not in _AT_REST else set()
+        went |= {*frame.patient} if frame.sense not in _GOES_NOWHERE else set()
 
 
 _WAYS = ("away", "toward_camera")
-_AT_REST = ("be", "stay", "rest", "hang")
+_GOES_NOWHERE = ("be", "stay", "rest", "hang")
 """Senses of what goes nowhere."""
 
 

@@ -66,7 +66,7 @@ def _last_resort(finding: Finding, situation: Situation) -> Repair | None:
     if item is None or item.form == "board" or finding.name == "mask":
         return None
     statements = situation.program.contract.statements
-    demanded = any(f'"{name}"' in statement.model_dump_json() for statement in statements)
+    demanded = any(name in statement.model_dump().values() for statement in statements)
     if demanded and item.grounding.box is None:
         return None
     base = f"scene.objects.{name}"

@@ -22,9 +22,7 @@ from physagent_studio.agent.rules.schedule.scripts.flight import (
     through_air,
 )
 from physagent_studio.agent.rules.schedule.scripts.ground import along_ground, way_ahead, way_to_go
-from physagent_studio.agent.rules.schedule.scripts.hopping import hop_aim as hop_aim
-from physagent_studio.agent.rules.schedule.scripts.hopping import hop_along as hop_along
-from physagent_studio.agent.rules.schedule.scripts.hopping import hops_told as hops_told
+from physagent_studio.agent.rules.schedule.scripts.hopping import hop_aim, hop_along, hops_told
 from physagent_studio.agent.rules.schedule.scripts.landing import (
     landed_on,
     let_go,
@@ -35,8 +33,7 @@ from physagent_studio.agent.rules.schedule.scripts.landing import (
     swing,
     up_ramp,
 )
-from physagent_studio.agent.rules.schedule.scripts.squeezing import is_squeezed as is_squeezed
-from physagent_studio.agent.rules.schedule.scripts.squeezing import squeeze as squeeze
+from physagent_studio.agent.rules.schedule.scripts.squeezing import is_squeezed, squeeze
 from physagent_studio.agent.rules.schedule.scripts.task import Task
 from physagent_studio.agent.rules.schedule.scripts.turns import (
     go_over,

@@ -79,8 +79,18 @@ def _passive_on(found: Sequence[RawClause]) -> list[RawClause]:
             and joined and not clause.subjects and not clause.relative
         ):  # fmt: skip
             clause = replace(clause, verb=replace(verb, passive=True))
+        if verb is not None and before is not None and _goes_on(clause):
+            clause = replace(clause, joint="and")
         out.append(clause)
     return out
+
+
+def _goes_on(clause: RawClause) -> bool:
+    """ "Someone lifts the cup, carries it to the left": who lifts it carries it, as after "and"."""
+    active = clause.verb is not None and clause.verb.form == "s" and not clause.verb.passive
+    told = bool(clause.objects) and all(one.pronoun for one in clause.objects)
+    own = clause.subjects or clause.relative or clause.complement or clause.joint
+    return active and told and not own
 
 
 def _first_sentence(chunks: Sequence[Chunk], verb: int) -> int:

@@ -87,3 +87,12 @@ def test_after_is_what_was_done_to_it_is_told_on_without_another_is() -> None:
     assert (up.sense, up.patient) == ("rise", ("ball",))
     assert (down.sense, down.patient, down.agent) == ("set_down", ("ball",), ())
     assert [place.name for _, place in down.places] == ["cup"]
+
+
+def test_who_lifts_it_carries_it_after_a_comma_too() -> None:
+    stock = inventory([("cup", Grounding())], [("table", Grounding())], [])
+    found = read("Someone picks up the cup, carries it to the left and puts it down.", stock)
+    assert not found.not_understood
+    assert [(f.sense, f.patient, f.cause) for f in found.frames] == [
+        (sense, ("cup",), "person") for sense in ("rise", "push", "set_down")
+    ]

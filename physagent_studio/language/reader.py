@@ -233,7 +233,10 @@ class _Reader(Meanings):
         return frame
 
     def _laid_flat(self, frame: EventFrame, subject: Resolved | None) -> EventFrame:
-        """ "The book falls flat on the shelf", on which it stands: it topples there, and lies."""
+        """ "The book falls flat on the shelf", on which it stands: it topples there, and lies; so
+        does what "is laid on its side"."""
+        if frame.sense == "set_down" and frame.posture in ("side", "supine", "prone"):
+            return replace(frame, sense="topple", manner=frame.manner | {"gentle"})
         if frame.sense != "fall" or frame.posture != "flat" or subject is None:
             return frame
         below = {carrier for name, carrier in self.stock.on if name in subject.names}

@@ -170,7 +170,7 @@ def of_pronoun(word: str, stock: Inventory, talk: Discourse, subject: bool) -> R
         return Resolved(rest) if rest else None
     if word in ("they", "them", "both", "these", "those", "each"):
         group = next((m for m in reversed(talk.mentions) if len(m) > 1), ())
-        pair = _last_two(talk) if word == "both" or not group else ()
+        pair = _last_two(talk, word == "they") if word == "both" or not group else ()
         # "The first domino is pushed and they fall one by one".
         found = pair or group or _all_of_them(stock, talk)
         return Resolved(found) if found else None
@@ -195,8 +195,10 @@ def _all_of_them(stock: Inventory, talk: Discourse) -> tuple[str, ...]:
     return group or (kind if len(kind) > 2 else ())
 
 
-def _last_two(talk: Discourse) -> tuple[str, ...]:
-    seen: list[str] = []
+def _last_two(talk: Discourse, acting: bool) -> tuple[str, ...]:
+    """The two last spoken of; acting: the subject and what was named beside it, as in "rolls to
+    the ball until they touch"."""
+    seen = list(talk.subject) if acting and len(talk.subject) == 1 else []
     for names in reversed(talk.mentions):
         seen += [name for name in names if name not in seen]
     return tuple(reversed(seen[:2])) if len(seen) >= 2 else ()

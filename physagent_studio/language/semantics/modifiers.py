@@ -37,7 +37,11 @@ def details_of(
     """
     details = Details(unknown=unknown)
     inside = _opening(clause, sense, stock, talk)
+    comes = any(word.startswith("from_") for word in clause.adverbs)
     for word in clause.adverbs:
+        if word == "in" and comes:
+            # "Rolls in from the right": into nothing but the picture.
+            continue
         if word in ("in", "inside") and inside is not None:
             details.places = (*details.places, ("in", inside))
         elif word in ("in", "inside") and sense in _GOING and not clause.places:
@@ -60,8 +64,12 @@ def details_of(
             details.unknown[f"{one} … {other}"] = None
     for phrase in (*objects, *clause.subjects):
         _adjectives(phrase, details)
+    before = dict(details.unknown)
     for preposition, phrase in clause.lead:
         take_preposition(preposition, phrase, details, stock, talk, clause)
+        if any(subject.start < phrase.start for subject in clause.subjects):
+            # "The cup next to the kettle", which nobody marked: that tells which cup, no more.
+            _only_note(details, before)
     details.begins = tuple(row for row in details.places if row[0] in SIDED)
     details.places = tuple(
         ("from", place)
@@ -72,6 +80,9 @@ def details_of(
     )
     for preposition, phrase in clause.places:
         take_preposition(preposition, phrase, details, stock, talk, clause)
+    if clause.verb is not None and clause.verb.form == "ing" and sense in _BEING_THERE:
+        # "The lamp hanging from the ceiling".
+        _only_note(details, before)
     if sense == "pull" and any(r == "off" and p.kind == "group" for r, p in details.places):
         # "Out of the row".
         details.manner |= {"out"}
@@ -80,6 +91,15 @@ def details_of(
         # "Speeds up": that is the verb, and no way.
         details.direction = None
     return details
+
+
+_BEING_THERE = v.words_of("hang rest lean stay")
+
+
+def _only_note(details: Details, before: Mapping[str, None]) -> None:
+    """What was not understood since then is no doubt, for nothing demanded depends on it."""
+    fresh = [word for word in details.unknown if word not in before]
+    details.unmarked |= {word: details.unknown.pop(word) for word in fresh}
 
 
 _GOING = v.words_of("move roll slide drift fly fall jump bounce slip kick throw push drop hit")

@@ -52,6 +52,10 @@ def take_preposition(
     clause: RawClause,
 ) -> None:
     """Adds to `details` what one prepositional phrase of the clause says."""
+    own = preposition == "with" and phrase.determiner in ("its", "his", "her", "their")
+    if own and phrase.head in v.LIMBS | v.PARTS.keys() and not _is_there(phrase, stock):
+        # "Nudges it with its nose": so it does, being one thing.
+        return
     if _quantity(preposition, phrase, details):
         return
     if _only_said(preposition, phrase, details, stock, talk, clause):

@@ -63,7 +63,8 @@ class Chunker(NounPhrases):
     def _relative(self, i: int, before: list[Chunk]) -> bool:
         if not before or before[-1].kind not in ("np", "pp", "stop"):
             return False
-        nxt = self.word(i + 1)
+        # "…, which then falls over".
+        nxt = self.word(i + 2 if self.word(i + 1) in v.FILLERS | {"then"} else i + 1)
         return nxt in v.AUXILIARIES or verb_base(nxt) is not None
 
     def _subordinates(self, i: int, word: str) -> bool:

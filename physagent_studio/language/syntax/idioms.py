@@ -29,7 +29,6 @@ def in_plain_words(tokens: Sequence[Token], nouns: frozenset[str]) -> Tokens:
         _unable,
         counted_from,
         _after_that,
-        _more_and_more,
         _back_to_a_side,
         _growing_on,
     ):
@@ -175,6 +174,7 @@ def is_plain(number: str) -> bool:
 
 
 _TURNS = words_of("turn rotation revolution spin")
+_PART_TURNS = {"half": "180", "quarter": "90", "full": "360", "complete": "360", "whole": "360"}
 
 
 def _amount(words: tuple[str, ...], nouns: frozenset[str]) -> tuple[int, tuple[str, ...]]:
@@ -190,12 +190,21 @@ def _amount(words: tuple[str, ...], nouns: frozenset[str]) -> tuple[int, tuple[s
         return 3, (second, third)
     if (first, second) in (("half", "a"), ("half", "an")) and singular(third) in UNITS:
         return 3, ("0.5", third)
-    if (first, second) == ("half", "a") and third in _TURNS:
-        return 3, ("180", "degrees")
+    if degrees := _part_of_a_turn(words[:3]):
+        return 3, (degrees, "degrees")
     if (first, second) == ("a", "few"):
         unit, taken = (fourth, 4) if third == "of" else (third, 3)
         return (taken, ("3", unit)) if singular(unit) in UNITS else (0, ())
     return 0, ()
+
+
+def _part_of_a_turn(words: tuple[str, ...]) -> str:
+    """The degrees of "half a turn", "a quarter turn"; "" for anything else."""
+    first, second, third = (*words, "", "", "")[:3]
+    if third not in _TURNS:
+        return ""
+    share = first if second == "a" else second if first in ("a", "one") else ""
+    return _PART_TURNS.get(share, "")
 
 
 _DOING = {
@@ -204,6 +213,8 @@ _DOING = {
     **dict.fromkeys(("doing", "performing", "executing", "taking"), "ing"),
     **dict.fromkeys(("did", "performed", "executed", "took", "given"), "ed"),
 }
+_MAKING = {"make": "", "makes": "s", "making": "ing", "made": "ed"}
+"""What is done of part of a turn only: else it makes another thing do so."""
 _DONE = {
     "flip": "flip", "somersault": "somersault", "backflip": "flip", "frontflip": "flip",
     "cartwheel": "somersault", "spin": "spin", "roll": "roll", "pirouette": "spin", "jump": "jump",
@@ -235,10 +246,14 @@ def _performed(tokens: Tokens, nouns: frozenset[str]) -> Tokens:
 
 def _doing(tokens: Tokens, index: int, nouns: frozenset[str]) -> tuple[tuple[str, ...], int] | None:
     """The words that stand for "does a flip" at an index, and how many tokens it has."""
-    ending = _DOING.get(tokens[index].text)
+    ending = (_DOING | _MAKING).get(tokens[index].text)
     if ending is None:
         return None
     at = index + 1
+    if degrees := _part_of_a_turn(_texts(tokens, at, 3)):
+        return (_inflected("spin", ending), degrees, "degrees"), 4
+    if tokens[index].text in _MAKING:
+        return None
     count = _texts(tokens, at, 1)[0] if at < len(tokens) else ""
     if count not in ("a", "an", "one", "another") and count not in v.NUMBERS:
         return None
@@ -346,20 +361,6 @@ def _after_that(tokens: Tokens, nouns: frozenset[str]) -> Tokens:
             found.append(tokens[index])
             index += 1
     return tuple(found)
-
-
-_GRADUALLY = {"slower": "slows", "faster": "accelerates", "quicker": "accelerates"}
-
-
-def _more_and_more(tokens: Tokens, nouns: frozenset[str]) -> Tokens:
-    """ "Rolls slower and slower": and slows."""
-    found = tokens
-    for at in range(len(tokens) - 3, 0, -1):
-        one, link, other = _texts(found, at, 3)
-        if one == other and link == "and" and one in _GRADUALLY:
-            said = _said(found[at], found[at + 2], "and", _GRADUALLY[one])
-            found = (*found[:at], *said, *found[at + 3 :])
-    return found
 
 
 _HAULED = words_of("drag pull push shove tug tow haul nudge draw")

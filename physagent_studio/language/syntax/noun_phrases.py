@@ -227,8 +227,14 @@ def is_adjective(word: str) -> bool:
 
 
 def _amount(words: Sequence[str]) -> float | None:
-    numbers = [word for word in words if is_number(word)]
-    return float(v.NUMBERS.get(numbers[0], numbers[0])) if numbers else None
+    """The number that words say: "90", "ninety", "forty five", "one hundred and eighty"."""
+    numbers = [float(v.NUMBERS.get(word, word)) for word in words if is_number(word)]
+    if not numbers:
+        return None
+    total = numbers[0]
+    for number in numbers[1:]:
+        total = total * number if total < number == 100.0 else total + number
+    return total
 
 
 def _figure(words: Sequence[str]) -> int | None:

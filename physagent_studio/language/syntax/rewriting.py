@@ -24,9 +24,9 @@ def rewritten(tokens: Sequence[Token], nouns: frozenset[str]) -> tuple[Token, ..
 
     nouns: the words of the case's names, which are no verbs.
     """
-    return _excepted(
-        in_plain_words(_pliant(_behind(_at_rest(tuple(tokens)), nouns), nouns), nouns), nouns
-    )
+    found = _pliant(_behind(_at_rest(tuple(tokens)), nouns), nouns)
+    found = _brought_down(_more_and_more(_unlikened(_wanted(_on_the_brink(_to_where(found))))))
+    return _excepted(in_plain_words(found, nouns), nouns)
 
 
 _ENDS = frozenset(".,;:!?") | v.CONJUNCTIONS | v.SUBORDINATORS
@@ -85,6 +85,103 @@ def _pliant(tokens: tuple[Token, ...], nouns: frozenset[str]) -> tuple[Token, ..
             way = Token("pliantly", tokens[first].start, token.end)
             return (*tokens[:first], way, *_pliant(tokens[at + 1 :], nouns))
     return tokens
+
+
+_BECOMES = v.words_of("get become grow")
+_GRADUALLY = {"slower": "slows", "faster": "accelerates", "quicker": "accelerates"}
+
+
+def _more_and_more(tokens: tuple[Token, ...]) -> tuple[Token, ...]:
+    """ "Rolls slower and slower": and slows."""
+    found = tokens
+    for at in range(len(tokens) - 3, 0, -1):
+        one, link, other, *_ = (*(token.text for token in found[at : at + 3]), "", "", "")
+        if one == other and link == "and" and one in _GRADUALLY:
+            # "Gets faster and faster": speeds up, with no verb before it.
+            first = at - (verb_base(found[at - 1].text) in _BECOMES)
+            links = () if first < at else ("and",)
+            start, end = found[first].start, found[at + 2].end
+            said = tuple(Token(word, start, end) for word in (*links, _GRADUALLY[one]))
+            found = (*found[:first], *said, *found[at + 3 :])
+    return found
+
+
+def _unlikened(tokens: tuple[Token, ...]) -> tuple[Token, ...]:
+    """ "Slides off as if it were pulled": it slides off; what that looks like is no event."""
+    for at, pair in enumerate(pairwise([token.text for token in tokens])):
+        if pair in (("as", "if"), ("as", "though")):
+            rest = range(at + 2, len(tokens))
+            end = next((i for i in rest if tokens[i].text in _CLOSES), len(tokens))
+            return (*tokens[:at], *_unlikened(tokens[end:]))
+    return tokens
+
+
+def _on_the_brink(tokens: tuple[Token, ...]) -> tuple[Token, ...]:
+    """ "Is pushed to the brink of falling": and nearly falls."""
+    for at in range(1, len(tokens) - 4):
+        to, the, brink, of, what = (token.text for token in tokens[at : at + 5])
+        turn = to in ("to", "on", "at") and (the, of) == ("the", "of")
+        base = verb_base(what)
+        if turn and brink in ("brink", "verge", "point") and what.endswith("ing") and base:
+            first, last = tokens[at].start, tokens[at + 4].end
+            said = (Token(word, first, last) for word in ("and", "nearly", f"{base}s"))
+            return (*tokens[:at], *said, *_on_the_brink(tokens[at + 5 :]))
+    return tokens
+
+
+def _to_where(tokens: tuple[Token, ...]) -> tuple[Token, ...]:
+    """ "Rolls to where the cup is": to the cup."""
+    for at in range(len(tokens) - 3):
+        if (tokens[at].text, tokens[at + 1].text) != ("to", "where"):
+            continue
+        ends = range(at + 3, min(at + 7, len(tokens)))
+        end = next((i for i in ends if tokens[i].text in _STANDS), None)
+        if end is not None and tokens[at + 2].text in v.DETERMINERS:
+            rest = _to_where(tokens[end + 1 :])
+            return (*tokens[: at + 1], *tokens[at + 2 : end], *rest)
+    return tokens
+
+
+_STANDS = v.words_of("is stands lies sits are stand lie sit")
+_WANTS = v.words_of("want would like wish need 'd love please see have")
+"""What stands before what a person wants to happen."""
+
+
+def _wanted(tokens: tuple[Token, ...]) -> tuple[Token, ...]:
+    """ "I want the bottle to fall over": the bottle falls over."""
+    words = [token.text for token in tokens]
+    if words[:1] not in (["i"], ["we"]) or words[1:2] in ([], ["see"]):
+        return tokens
+    start = next((i for i, word in enumerate(words) if i and word not in (*_WANTS, "to")), 1)
+    rest = tokens[start:]
+    does = next((i for i, t in enumerate(rest[:-1]) if t.text == "to" and i), None)
+    if start == 1 or does is None or verb_base(rest[does + 1].text) != rest[does + 1].text:
+        return rest if start > 1 else tokens
+    return (*rest[:does], *rest[does + 1 :])
+
+
+_CLOSES = frozenset(".,;:!?")
+
+
+def _brought_down(tokens: tuple[Token, ...]) -> tuple[Token, ...]:
+    """ "Falls and takes the cup down with it": and knocks the cup over."""
+    found = list(tokens)
+    for at, token in enumerate(tokens):
+        said = [t.text for t in tokens[at + 1 : at + 8]]
+        down = next((i for i in range(len(said) - 2) if said[i : i + 2] == ["down", "with"]), None)
+        if token.text in _TAKES and down:
+            found[at] = replace(token, text=_TAKES[token.text])
+            what = found[at + 1 : at + 1 + down]
+            over = replace(tokens[at + 1 + down], text="over")
+            return (*found[: at + 1], *what, over, *_brought_down(tokens[at + down + 4 :]))
+    return tokens
+
+
+_TAKES = {
+    **dict.fromkeys(("takes", "brings", "drags", "pulls"), "knocks"),
+    **dict.fromkeys(("take", "bring", "drag", "pull"), "knock"),
+    **dict.fromkeys(("taking", "bringing", "dragging", "pulling"), "knocking"),
+}
 
 
 def _is_verb(word: str, nouns: frozenset[str]) -> bool:

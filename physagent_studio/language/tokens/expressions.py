@@ -18,6 +18,8 @@ from physagent_studio.language.tokens.vocabulary import (
     words_of,
 )
 
+_COVER = ("behind", "under", "below", "beneath", "into", "inside", "underneath")
+_UNDER = ("under", "underneath", "beneath", "below")
 _PLAIN = {
     "infront": "in front of",
     "atop": "on top of",
@@ -26,7 +28,8 @@ _PLAIN = {
     "near": "next to|right next to|close to",
     "against": "up against",
     "behind": "on the other side of|on the far side of",
-    "off": "out of|off of|out from under|from under|out from between|from between",
+    "off": "out of|off of|out from between|from between|"
+    + "|".join(f"{way}from {under}" for way in ("", "out ", "away ") for under in _UNDER),
     "before": "short of",
     "closely before": "right before|just before|shortly before|just short of",
     "closely infront": "right in front of|just in front of",
@@ -95,6 +98,7 @@ _PLAIN = {
     "on its left side|to its left side|onto its right side|on its right side|to its right side|"
     "over to its side|over to its left side|over to its right side",
     "inverted": "upside down",
+    "upright": "on its wheels|on its feet|on its legs|on its paws|on all fours|on its base",
     "lifts": "picks up|takes up",
     "lift": "pick up|take up",
     "lifting": "picking up",
@@ -105,6 +109,24 @@ _PLAIN = {
     "stays airborne": "held in the air|held up in the air|held aloft|held in mid air",
     "airborne": "in the air|through the air|in mid air|into the air",
     "motionless": "on the spot|in place|at rest",
+    "straight": "head on|head first|headfirst|headlong",
+    "over": "off balance|off its balance",
+    "hundred": "hundred and",
+    **{
+        f"afar {side}wards": "|".join(
+            f"to the {side} {rim} of the {view}"
+            for rim in ("edge", "side", "border", "end")
+            for view in ("picture", "image", "frame", "photo", "photograph", "screen", "view")
+        )
+        for side in ("left", "right")
+    },
+    "swap": "swap places|switch places|trade places|change places",
+    **{f"moves {where}": f"disappears {where}|vanishes {where}" for where in _COVER},
+    **{f"move {where}": f"disappear {where}|vanish {where}" for where in _COVER},
+    "moves offscreen": "disappears|vanishes|disappears offscreen|vanishes offscreen|"
+    "disappears from view|disappears from sight|vanishes from view|vanishes from sight|"
+    "disappears from the picture|disappears from the frame",
+    "move offscreen": "disappear|vanish|disappear offscreen|disappear from view",
     "where_it_started": "where it started|where it came from",
     "m/s": "meters per second|metres per second|meter per second|metre per second",
     "km/h": "kilometers per hour|kilometres per hour",

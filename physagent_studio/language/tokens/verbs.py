@@ -57,14 +57,14 @@ VERBS: dict[str, Verb] = {
             "lean": "lean tilt",
             "flip": "flip somersault cartwheel overturn_flip tumble_over",
             "spin": "spin rotate revolve twirl whirl pirouette",
-            "turn": "turn pivot swivel",
+            "turn": "turn pivot swivel twist",
             "curve": "curve bend_path arc veer swerve hook curl",
             "bounce": "bounce rebound ricochet recoil glance deflect carom",
-            "stop": "stop halt brake freeze",
+            "stop": "stop halt brake freeze pause",
             "settle": "settle",
             "sway": "sway swing wave flutter flap oscillate wobble rock billow ripple shake "
             "tremble quiver teeter totter rustle jiggle vibrate bob rattle shudder jitter wriggle "
-            "flail",
+            "flail wiggle twitch quake",
             "bend": "bend bow flex sag droop",
             "collapse": "collapse crumble disintegrate cave implode",
             "break": "break shatter crack snap fracture burst splinter split smash pop explode "
@@ -72,7 +72,7 @@ VERBS: dict[str, Verb] = {
             "cut": "cut snip sever",
             "spread": "spread flow scatter spill pour",
             "deform": "deform squash compress squeeze dent crumple buckle flatten squish mash "
-            "smush",
+            "smush stretch warp bulge deflate",
             "slow": "slow decelerate",
             "accelerate": "accelerate",
             "separate": "separate detach disconnect",
@@ -84,8 +84,8 @@ VERBS: dict[str, Verb] = {
     **_verbs("move", {"move": "creep inch crawl plod slink tiptoe trudge"}, ("slow",)),
     **_verbs("act", {"push": "nudge"}, ("gentle",)),
     **_verbs("act", {"push": "flick"}, ("flicked",)),
-    **_verbs("act", {"set_down": "put place", "rise": "grab grasp"}),
-    **_verbs("act", {"push": "carry bring"}, ("carried",)),
+    **_verbs("act", {"set_down": "put place lay insert tuck", "rise": "grab grasp"}),
+    **_verbs("act", {"push": "carry bring transport"}, ("carried",)),
     **_verbs("act", {"hit": "bump collide crash ram"}, ("bodily",)),
     **_verbs("act", {"pull": "remove withdraw extract"}, ("out",)),
     **_verbs(
@@ -93,7 +93,7 @@ VERBS: dict[str, Verb] = {
         {
             "push": "push shove putt press poke prod propel bump_away force "
             "sweep bat paw swipe deliver",
-            "pull": "pull drag tug tow yank draw",
+            "pull": "pull drag tug tow yank draw haul",
             "kick": "kick boot punt",
             "throw": "throw toss hurl fling lob pitch launch shoot yeet chuck heave catapult sling",
             "hit": "hit strike smack slam clip tap contact touch impact "
@@ -102,7 +102,7 @@ VERBS: dict[str, Verb] = {
             "knock": "knock bowl_over",
             "crush": "crush trample",
             "blow": "blow buffet",
-            "tip_over": "upset",
+            "tip_over": "upset upend",
             "catch": "catch",
             "dislodge": "dislodge displace disturb",
         },
@@ -125,14 +125,14 @@ VERBS: dict[str, Verb] = {
     **_verbs(
         "state",
         {
-            "stay": "remain stay keep",
+            "stay": "remain stay keep wait",
             "rest": "rest sit lie stand perch",
             "end": "ends_up",
             "hang": "hang dangle hover",
             "stack": "stack pile balance",
         },
     ),
-    **_verbs("light", {"start": "start begin", "try": "try attempt manage want"}),
+    **_verbs("light", {"start": "start begin resume", "try": "try attempt manage want"}),
     **_verbs("cause", {"make": "make cause let send set get give", "receive": "receive take"}),
     **_verbs("cause", {"change": "change"}),
     **_verbs("cause", {"drive": "follow"}),
@@ -146,7 +146,7 @@ IRREGULAR: dict[str, str] = {
     "blown": "blow", "struck": "strike", "stricken": "strike", "broke": "break",
     "broken": "break", "spun": "spin", "went": "go", "gone": "go", "came": "come",
     "lost": "lose", "bent": "bend", "shook": "shake", "shaken": "shake", "sent": "send",
-    "made": "make", "lay": "lie", "laid": "lie", "lying": "lie", "stood": "stand",
+    "made": "make", "lay": "lie", "laid": "lay", "lying": "lie", "stood": "stand",
     "kept": "keep", "began": "begin", "begun": "begin", "rose": "rise", "risen": "rise",
     "caught": "catch", "drove": "drive", "driven": "drive", "sank": "sink", "sunk": "sink",
     "leapt": "leap", "crept": "creep", "got": "get", "gotten": "get", "gave": "give",

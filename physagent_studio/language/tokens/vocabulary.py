@@ -36,25 +36,31 @@ DIRECTIONS: dict[str, str] = {
     "uphill": "up", "sideways": "sideways", "sideway": "sideways", "sideward": "sideways",
     "laterally": "sideways", "apart": "outward", "outward": "outward", "outwards": "outward",
     "vertically": "down", "inward": "inward", "inwards": "inward", "away": "off",
-    "off": "off", "aside": "sideways", "lateral": "sideways",
+    "everywhere": "outward", "off": "off", "aside": "sideways", "lateral": "sideways",
 }  # fmt: skip
 
 VIEW_WORDS = words_of("picture image frame view shot screen sight")
 CAMERA_WORDS = words_of("camera viewer us observer lens you")
 
 MANNERS: dict[str, str] = {
-    **dict.fromkeys(words_of("slowly slow gradually leisurely sluggishly"), "slow"),
+    **dict.fromkeys(
+        words_of("slowly slow gradually leisurely sluggishly lazily cautiously hesitantly"), "slow"
+    ),
     "offscreen": "offscreen",
     **dict.fromkeys(
-        words_of("gently gentle softly lightly light soft weak weakly mild mildly"), "gentle"
+        words_of("gently gentle softly lightly light soft weak weakly mild mildly carefully"),
+        "gentle",
     ),
     **dict.fromkeys(
-        words_of("quickly quick fast rapidly rapid swiftly suddenly swift sudden"), "fast"
+        words_of(
+            "quickly quick fast rapidly rapid swiftly suddenly swift sudden abruptly briskly madly"
+        ),
+        "fast",
     ),
     **dict.fromkeys(
         words_of(
             "hard heavily heavy strongly strong forcefully powerfully powerful violently violent "
-            "firmly forceful fiercely"
+            "firmly forceful fiercely vigorously energetically furiously wildly"
         ),
         "hard",
     ),
@@ -78,7 +84,10 @@ FILLERS = words_of(
     "suddenly still completely fully entirely quite very too so well thus hence "
     "therefore already only even once there here subsequently next under freely "
     "perfectly cleanly really squarely anywhere somewhat promptly soon just out closer nearer "
-    "briefly"
+    "briefly unexpectedly silently quietly loudly noisily gracefully helplessly playfully clumsily "
+    "awkwardly accidentally deliberately intentionally visibly noticeably dramatically "
+    "realistically effortlessly inevitably predictably harmlessly safely neatly happily sadly "
+    "angrily totally dangerously precariously merely instantly"
 )
 TIMINGS: dict[str, str] = {"successively": "in_turn", "simultaneously": "together"}
 """How several that do the same stand to each other in time."""
@@ -130,10 +139,15 @@ COUNTED_FROM = {
     "counted_right": "right",
 }  # fmt: skip
 """Fixed expressions after a noun: "the second box from the top"."""
+_SMALL = (
+    "one two three four five six seven eight nine ten eleven twelve thirteen fourteen fifteen "
+    "sixteen seventeen eighteen nineteen twenty"
+)
+_TENS = "thirty forty fifty sixty seventy eighty ninety hundred"
 NUMBERS = {
-    "one": 1, "two": 2, "three": 3, "four": 4, "five": 5, "six": 6, "seven": 7, "eight": 8,
-    "nine": 9, "ten": 10,
-}  # fmt: skip
+    **{word: count for count, word in enumerate(_SMALL.split(), 1)},
+    **{word: 10 * count for count, word in enumerate(_TENS.split(), 3)},
+}
 OTHERS = words_of("other others remaining rest")
 MATERIAL_WORDS = words_of(
     "wooden metal metallic plastic rubber glass stone ceramic foam paper cardboard clay "

@@ -108,3 +108,63 @@ def test_it_leans_on_what_it_touches_in_the_end() -> None:
 def test_where_it_teeters_has_to_be_there() -> None:
     assert program_of("kitchen", "The teapot teeters on the edge of the table.").contract.untested
     assert not program_of("kitchen", "The teapot teeters on the table.").contract.untested
+
+
+@pytest.mark.parametrize(
+    ("prompt", "sense", "patient"),
+    [
+        ("The ball rolls into the cup, which then falls off the tray.", "fall", "cup"),
+        ("The car crashes head-on into the box.", "hit", "box"),
+        ("The box is knocked off balance by the car.", "knock_over", "box"),
+        ("The truck falls over and takes the cup down with it.", "knock_over", "cup"),
+        ("The cup is laid down on its side.", "topple", "cup"),
+        ("The ball rolls to the left and gets faster and faster.", "accelerate", "ball"),
+        ("The car drives off and disappears behind the box.", "move", "car"),
+    ],
+)
+def test_whom_the_last_thing_said_happens_to(prompt: str, sense: str, patient: str) -> None:
+    read_as = reading(prompt)
+    assert (read_as.frames[-1].sense, read_as.frames[-1].patient) == (sense, (patient,))
+    assert not read_as.not_understood
+
+
+@pytest.mark.parametrize(
+    ("amount", "degrees"),
+    [
+        ("by ninety degrees", 90.0),
+        ("forty-five degrees", 45.0),
+        ("one hundred and eighty degrees", 180.0),
+        ("by a quarter turn", 90.0),
+        ("by half a turn", 180.0),
+    ],
+)
+def test_how_far_it_turns_in_words(amount: str, degrees: float) -> None:
+    assert one(f"The box rotates {amount}.").angle == degrees
+    assert not reading(f"The box rotates {amount}.").not_understood
+
+
+def test_they_are_the_subject_and_what_was_named_with_it() -> None:
+    said = reading("The cup drops off the tray and rolls toward the ball until they touch.")
+    assert ({*said.frames[-1].agent, *said.frames[-1].patient}) == {"cup", "ball"}
+
+
+def test_what_it_only_looks_like_is_no_event() -> None:
+    said = reading("The box slides to the left as if the table were tilted.")
+    assert [frame.sense for frame in said.frames] == ["slide"]
+    assert not said.not_understood
+
+
+def test_what_comes_in_from_a_side_goes_into_nothing() -> None:
+    assert one("The ball rolls in from the right.").places == ()
+
+
+@pytest.mark.parametrize(
+    ("prompt", "word"),
+    [
+        ("The cup next to the kettle slides to the right.", "kettle"),
+        ("The ball hanging from the ceiling swings.", "ceiling"),
+    ],
+)
+def test_what_only_tells_where_it_was_is_no_doubt(prompt: str, word: str) -> None:
+    said = reading(prompt)
+    assert (said.not_understood, said.unmarked) == ((), (word,))

@@ -23,7 +23,8 @@ from physagent_studio.language.tokens import vocabulary as v
 
 PATHS: dict[str, Literal["curve", "straight", "circle"]] = {
     "arc": "curve", "curve": "curve", "bend": "curve", "c": "curve",
-    "line": "straight", "circle": "circle", "loop": "circle", "spiral": "circle",
+    "semicircle": "curve", "line": "straight",
+    "circle": "circle", "loop": "circle", "spiral": "circle",
 }  # fmt: skip
 PATH_ADJECTIVES: dict[str, Literal["curve", "straight", "circle"]] = {
     "curved": "curve", "curving": "curve", "straight": "straight", "circular": "circle",
@@ -91,6 +92,9 @@ def take_measure(phrase: NounPhrase, details: Details) -> None:
     """ "Slides 20 cm to the left", "at 2 m/s", "by 90 degrees": a number with its unit."""
     if phrase.head == "time" and phrase.number:
         details.count = phrase.number
+    if phrase.head == "angle" and {*phrase.nouns, *phrase.adjectives} & ANGLES.keys():
+        # "At a 45 degree angle".
+        details.angle = phrase.amount or details.angle
     if phrase.head not in UNITS:
         return
     if (seconds := in_units(phrase, TIMES)) is not None:
@@ -120,7 +124,7 @@ def take_force(phrase: NounPhrase, details: Details) -> None:
 def is_path(phrase: NounPhrase) -> bool:
     """Whether the phrase names the form of a path ("a curve", "a straight line")."""
     shaped = any(a in PATH_ADJECTIVES for a in (*phrase.adjectives, *phrase.nouns[:-1]))
-    return phrase.head in ("arc", "curve", "circle", "loop", "spiral", "c") or (
+    return phrase.head in ("arc", "curve", "circle", "semicircle", "loop", "spiral", "c") or (
         phrase.head in ("line", "path", "trajectory", "course", "motion", "arc") and shaped
     )
 

@@ -124,7 +124,8 @@ class Chunker(NounPhrases):
         """ "A high arc": of one that does something the verb would have its ending."""
         back = i - 1
         while i - back < 4 and self.word(back).isalpha() and self.word(back) not in ("a", "an"):
-            if self._after_noun(back + 1) or self.word(back) in v.PREPOSITIONS:
+            closed = self.word(back) in v.PREPOSITIONS | v.CONJUNCTIONS
+            if self._after_noun(back + 1) or closed:
                 return False
             back -= 1
         return verb_base(self.word(i)) == self.word(i) and self.word(back) in ("a", "an")

@@ -25,7 +25,9 @@ def rewritten(tokens: Sequence[Token], nouns: frozenset[str]) -> tuple[Token, ..
     nouns: the words of the case's names, which are no verbs.
     """
     found = _pliant(_behind(_at_rest(tuple(tokens)), nouns), nouns)
-    found = _brought_down(_more_and_more(_unlikened(_wanted(_on_the_brink(_to_where(found))))))
+    found = _brought_down(
+        _more_and_more(_unlikened(_shown(_wanted(_on_the_brink(_to_where(found))))))
+    )
     return _excepted(in_plain_words(found, nouns), nouns)
 
 
@@ -160,6 +162,26 @@ def _wanted(tokens: tuple[Token, ...]) -> tuple[Token, ...]:
     return (*rest[:does], *rest[does + 1 :])
 
 
+_FILMED = v.words_of("shot video clip scene view footage animation closeup close film")
+
+
+def _shown(tokens: tuple[Token, ...]) -> tuple[Token, ...]:
+    """ "A close-up of a car driving off": a car drives off. The camera always stays still."""
+    words = [token.text for token in tokens]
+    of = next((i for i, word in enumerate(words[:7]) if word in ("of", "showing")), 0)
+    if of > 1 and words[0] in v.DETERMINERS and _FILMED & {*words[1:of]}:
+        return _shown(tokens[of + 1 :])
+    for at in range(len(words) - 2):
+        said, how = words[at : at + 2], words[at + 2 : at + 4]
+        if said == ["the", "camera"] and set(how[:1]) <= _HOLDS:
+            end = at + 4
+            end += end < len(words) and words[end] in ("while", "as", "and", ",", ".")
+            if set(how[1:]) <= v.POSTURES.keys() | {"static", "fixed"}:
+                return (*tokens[:at], *_shown(tokens[end:]))
+    return tokens
+
+
+_HOLDS = v.words_of("is stays remains keeps holds")
 _CLOSES = frozenset(".,;:!?")
 
 

@@ -18,6 +18,17 @@ from physagent_studio.language.tokens.vocabulary import (
     words_of,
 )
 
+
+def _from_the(side: str) -> str:
+    """The ways to say that several begin on a side, and so go on to the other."""
+    return "|".join(
+        f"{begin} {word} the {where}"
+        for begin in ("starting", "beginning")
+        for word in ("from", "at", "on", "with")
+        for where in (side, f"{side} side", f"{side} end", f"{side}most one", f"{side} one")
+    )
+
+
 _COVER = ("behind", "under", "below", "beneath", "into", "inside", "underneath")
 _UNDER = ("under", "underneath", "beneath", "below")
 _PLAIN = {
@@ -49,8 +60,8 @@ _PLAIN = {
     "with": "along with|together with",
     "masscenter": "center of mass|centre of mass",
     "except": "except for|apart from|other than|with the exception of",
-    "leftwards": "to the left|from right to left",
-    "rightwards": "to the right|from left to right",
+    "leftwards": "to the left|from right to left|" + _from_the("right"),
+    "rightwards": "to the right|from left to right|" + _from_the("left"),
     "sideways": "to the side|to one side",
     **{f"from_{word}": f"from {word}" for word in ("behind", "above", "below")},
     "from_left": "from the left|coming from the left|blowing from the left",
@@ -97,7 +108,14 @@ _PLAIN = {
     "sidelong": "on its side|onto its side|on their sides|to its side|onto its left side|"
     "on its left side|to its left side|onto its right side|on its right side|to its right side|"
     "over to its side|over to its left side|over to its right side",
-    "inverted": "upside down",
+    "inverted": "upside down|on its roof|onto its roof|on its head",
+    "stays upright": "rights itself|returns upright|comes back upright|"
+    "returns to its upright position|returns to an upright position|"
+    "goes back to its upright position|stands upright again",
+    "steadily": "at constant speed|with constant speed|at a constant speed|at a steady speed|"
+    "at a steady pace|with a constant speed|at constant velocity|with constant velocity",
+    "": "off centre|off center|realistic physics :|realistically :",
+    "and": "and in turn|hard enough to|with enough force to|strongly enough to|fast enough to",
     "upright": "on its wheels|on its feet|on its legs|on its paws|on all fours|on its base",
     "lifts": "picks up|takes up",
     "lift": "pick up|take up",
@@ -137,7 +155,7 @@ _PLAIN = {
     "in turn|in order",
     "simultaneously": "at the same time",
     "accelerating": "gathering speed|gaining speed|picking up speed",
-    "accelerates": "gathers speed|picks up speed",
+    "accelerates": "gathers speed|picks up speed|gains speed",
     "slowing": "losing speed|losing momentum",
     "up": "up into the sky|into the sky|up to the sky|towards the sky|toward the sky",
     "recovers": "springs back|snaps back|springs back into shape|regains its shape|"
@@ -146,7 +164,6 @@ _PLAIN = {
     "starts a chain reaction|causes a chain reaction",
     # "Which in turn knocks over the cup": it is one thing that does so.
     "which": "which in turn",
-    "and": "and in turn",
     "reverses": "backs up|backs away|backs out",
     "reversing": "backing up|backing away|backing out",
     "reverses offscreen": "backs offscreen",

@@ -168,3 +168,26 @@ def test_what_comes_in_from_a_side_goes_into_nothing() -> None:
 def test_what_only_tells_where_it_was_is_no_doubt(prompt: str, word: str) -> None:
     said = reading(prompt)
     assert (said.not_understood, said.unmarked) == ((), (word,))
+
+
+@pytest.mark.parametrize(
+    ("prompt", "plain"),
+    [
+        ("A close-up of a car driving towards the camera.", "The car drives towards the camera."),
+        ("The camera stays still while the ball rolls left.", "The ball rolls left."),
+        (
+            "The ball hits the cup hard enough to knock it over.",
+            "The ball hits the cup and knocks it over.",
+        ),
+        ("The cup tilts and returns to its upright position.", "The cup tilts and stays upright."),
+        ("The box slides at a constant speed.", "The box slides steadily."),
+        ("Realistic physics: the ball rolls left.", "The ball rolls left."),
+        ("I want the box to fall over.", "The box falls over."),
+    ],
+)
+def test_what_captions_say_of_the_event(prompt: str, plain: str) -> None:
+    def said(text: str) -> list[tuple[str, object]]:
+        return [(frame.sense, frame.direction) for frame in reading(text).frames]
+
+    assert said(prompt) == said(plain)
+    assert not reading(prompt).not_understood

@@ -11,6 +11,7 @@ from physagent_studio.language.frames import EventFrame, Place, Relation
 
 def in_their_light(frames: list[EventFrame]) -> None:
     """Puts frames right, in place, that mean something else beside one another than alone."""
+    _as_it_came(frames)
     _aim_at_what_gives_way(frames)
     _but_not(frames)
     _passed_on(frames)
@@ -19,6 +20,16 @@ def in_their_light(frames: list[EventFrame]) -> None:
     _behind_what_went(frames)
     _where_it_struck(frames)
     _springs_back(frames)
+
+
+def _as_it_came(frames: list[EventFrame]) -> None:
+    """ "It rolls off after it has fallen over": it falls over, then it rolls off."""
+    for index, (frame, earlier) in enumerate(pairwise(frames)):
+        alone = not (frame.agent or earlier.agent or frame.negated or earlier.negated)
+        after = earlier.link == "after" and not earlier.leads
+        if after and alone and frame.patient == earlier.patient:
+            frames[index] = replace(earlier, link=frame.link, sequel=frame.sequel)
+            frames[index + 1] = replace(frame, link="then", sequel=True)
 
 
 _GOES = ("move", "roll", "slide", "drift", "fly", "leave", "curve", "reverse")

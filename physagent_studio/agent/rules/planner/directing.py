@@ -101,9 +101,12 @@ def pace_is_pinned(situation: Situation) -> bool:
 
 
 def is_sudden(program: PhysicalProgram, rollout: Rollout) -> bool:
-    """Whether something falls, flies, falls over or is struck: what slow motion is for."""
-    met = any(s.kind == "contacts" and not s.negated for s in program.contract.statements)
-    return met or _falls_down(program, rollout)
+    """Whether something falls, flies, falls over, is struck, or goes from under another thing:
+    what slow motion is for."""
+    told = [s for s in program.contract.statements if not s.negated]
+    met = any(s.kind == "contacts" for s in told)
+    apart = any(s.kind == "leaves" and s.other in rollout.objects for s in told)
+    return met or apart or _falls_down(program, rollout)
 
 
 def _falls_down(program: PhysicalProgram, rollout: Rollout) -> bool:

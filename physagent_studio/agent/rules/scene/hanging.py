@@ -6,7 +6,7 @@ import numpy as np
 
 from physagent_studio.agent.rules.scene.measures import WAYS, FloatArray, Layout, level
 from physagent_studio.knowledge import grows, is_sheet, kind_of
-from physagent_studio.language import Reading
+from physagent_studio.language import EventFrame, Reading
 from physagent_studio.program.preflight.scaling import farther
 from physagent_studio.program.scene.aloft import in_air
 from physagent_studio.program.scene.state import Grounding, SceneObject, SceneState
@@ -78,7 +78,7 @@ def from_nowhere(case: Case, reading: Reading, layout: Layout) -> frozenset[str]
                 found |= {name} if falls else set()
             elif first and frame.sense == "sway" and _swings(case.prompt, layout, name):
                 found |= set() if frame.negated or frame.agent else {name}
-            elif not first or not falls or place is not None:
+            elif not first or not falls or place is not None or _falls_aside(frame, layout):
                 continue
             elif (
                 "straight" in frame.manner
@@ -87,6 +87,13 @@ def from_nowhere(case: Case, reading: Reading, layout: Layout) -> frozenset[str]
             ):
                 found.add(name)
     return frozenset(found)
+
+
+def _falls_aside(frame: EventFrame, layout: Layout) -> bool:
+    """ "Is dropped into the cup", beside which it stands: a hand brings it there. What hangs over
+    a thing is told by `in_the_air`."""
+    below = frame.place(*_INTO)
+    return below is not None and below.kind == "object" and layout.has(below.name)
 
 
 def as_far_as_told(state: SceneState, reading: Reading) -> SceneState:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 from physagent_studio.agent.rules.contract.intents import Intent
 from physagent_studio.agent.rules.scene.measures import WAYS, Layout
@@ -77,7 +78,25 @@ def _is_carried(task: Task) -> bool:
         or (f.sense in ("fall", "land") and any(p.kind == "object" for _, p in f.places))
         for f in own[1:]
     )
-    return (first == "rise" and brought) or (not aloft and (by_hand or first == "set_down"))
+    dropped = bool(own) and _is_dropped(task, own[0])
+    return (first == "rise" and brought) or (
+        not aloft and (by_hand or dropped or first == "set_down")
+    )
+
+
+def _is_dropped(task: Task, frame: EventFrame) -> bool:
+    """ "Is dropped onto the book", "falls into the cup", of what stands no higher than that and
+    cannot fall over onto it: it is brought above it, and falls from there."""
+    place, layout = frame.place("on", "in", "into"), task.layout
+    if frame.sense not in ("fall", "land") or place is None or place.kind != "object":
+        return False
+    if not layout.has(place.name) or place.name == task.name:
+        return False
+    reach = layout.gap(task.name, place.name) < layout.height(task.name)
+    leans = reach and not layout.rolls(task.name)
+    lowest = layout.position(task.name)[2] - layout.height(task.name) / 2
+    top = layout.position(place.name)[2] + layout.height(place.name) / 2
+    return bool(lowest < top) and not leans
 
 
 _BROUGHT = ("move", "push", "pull", "drift")
@@ -125,6 +144,8 @@ def _is_higher(task: Task) -> bool:
     place, layout = task.target(), task.layout
     if place is None or layout.carrier(task.name) is None:
         return False
+    if _is_out_of_reach(task):
+        return True
     top = float(layout.position(task.name)[2]) + layout.height(task.name) / 2
     if place.kind == "landmark":
         mark = layout.state.landmark(place.name)
@@ -132,6 +153,19 @@ def _is_higher(task: Task) -> bool:
         return bool(heights) and min(heights) > top
     on_top = task.intent.place("on", "atop", "in", senses=("land", "jump")) == place
     return place.kind == "object" and on_top and not layout.is_raised(task.name)
+
+
+def _is_out_of_reach(task: Task) -> bool:
+    """Whether what it shall hit stands on a thing that it would run into first."""
+    layout, hits = task.layout, task.intent.hits
+    if not hits or not layout.has(hits[0]) or layout.is_raised(task.name):
+        return False
+    base = layout.carrier(hits[0])
+    if base is None or base == task.name or layout.state.object(base) is None:
+        return False
+    lowest = layout.position(hits[0])[2] - layout.height(hits[0]) / 2
+    middle = float(layout.position(task.name)[2])
+    return bool(lowest > middle) and base not in hits
 
 
 def _is_opening(name: str, layout: Layout) -> bool:
@@ -281,12 +315,42 @@ def _bouncing(task: Task) -> Script:
         return _nothing
     if task.down_the_steps() is not None:
         return scripts.along_ground
+    if (then := _going_on(task)) is not None:
+        return lambda task: _bounced_then(task, then)
     if scripts.hops_told(task) and task.target() is None and task.way() in (None, "up"):
         return scripts.hop_along
     if task.intent.hits:
         known = task.layout.has(task.intent.hits[0])
         return scripts.hop_onto if known and _bounces_first(task) else scripts.along_ground
     return scripts.through_air if task.target() is not None else scripts.leap
+
+
+def _going_on(task: Task) -> int | None:
+    """ "Bounces twice and then rolls out of the picture": which of its frames comes after it has
+    bounced on the spot; None where it bounces on its way."""
+    told = [f for f in task.intent.frames if not f.negated]
+    if len(told) < 2 or told[0].sense != "bounce" or told[0].places or task.intent.hits:
+        return None
+    goes = told[1].sense in ("roll", "slide", "move", "leave") and told[1].link == "then"
+    return 1 if goes and task.layout.rolls(task.name) else None
+
+
+def _bounced_then(task: Task, then: int) -> list[Action]:
+    """It leaps on the spot as often as is told, and is set going where it comes down last."""
+    first, after = task.intent.frames[:then], task.intent.frames[then:]
+    here = replace(task, intent=Intent(task.name, first))
+    leaps = _bouncing(here)(here)
+    wait = scripts.bounced_steps(here, leaps)
+    left = max(task.clip.frames - wait // task.clip.steps_per_frame, 2)
+    clip = task.clip.model_copy(update={"frames": left})
+    onward = replace(task, intent=Intent(task.name, after), clip=clip)
+    going = script_for(onward)(onward)
+    return leaps + [
+        action
+        if action.when
+        else action.model_copy(update={"start_step": action.start_step + wait})
+        for action in going
+    ]
 
 
 def _hopping(task: Task) -> Script:

@@ -14,6 +14,7 @@ from physagent_studio.agent.rules.schedule.scripts.driven import (
 )
 from physagent_studio.agent.rules.schedule.scripts.edges import off_edge, way_off
 from physagent_studio.agent.rules.schedule.scripts.flight import (
+    bounced_steps,
     float_down,
     hop_onto,
     in_wind,

@@ -129,26 +129,26 @@ def _rise(task: Task, goal: _Goal, own_base: float) -> float:
     if (place := _into(task)) is not None:
         tops.append(_top(layout, place))
     for way in (*_over(task), goal.offset):
-        tops += [_top(layout, other) for other in _across(task, way)]
+        tops += [_top(layout, other) for other in met_across(task.layout, task.name, way)]
     least = max((top - own_base + clear for top in tops), default=0.0)
     wanted = max(CARRYING.rise_sizes * layout.size(task.name), CARRYING.min_clear_m)
     return max(min(wanted, free_way(layout, task.name, WAYS["up"])), least, clear)
 
 
-def _across(task: Task, offset: FloatArray) -> list[str]:
-    """The things that it would meet on a level way (3,), m."""
-    layout, distance = task.layout, float(np.linalg.norm(offset))
+def met_across(layout: Layout, name: str, offset: FloatArray) -> list[str]:
+    """The things that a thing would meet on a level way (3,), m."""
+    distance = float(np.linalg.norm(offset))
     if distance < 1e-3:
         return []
     way = unit(offset)
     aside = np.array([-way[1], way[0], 0.0])
     found = []
     for item in layout.state.objects:
-        if item.name == task.name or not layout.has(item.name):
+        if item.name == name or not layout.has(item.name):
             continue
-        away = layout.position(item.name) - layout.position(task.name)
-        wide = layout.extent(task.name, aside) + layout.extent(item.name, -aside)
-        reach = layout.extent(task.name, way) + layout.extent(item.name, -way)
+        away = layout.position(item.name) - layout.position(name)
+        wide = layout.extent(name, aside) + layout.extent(item.name, -aside)
+        reach = layout.extent(name, way) + layout.extent(item.name, -way)
         if -reach < float(away @ way) < distance + reach and abs(float(away @ aside)) < wide:
             found.append(item.name)
     return found

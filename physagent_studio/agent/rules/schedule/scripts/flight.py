@@ -13,7 +13,7 @@ from physagent_studio.agent.rules.scene.measures import WAYS, FloatArray, place_
 from physagent_studio.agent.rules.scene.steps import descents
 from physagent_studio.agent.rules.schedule import actions as act
 from physagent_studio.agent.rules.schedule.scripts.task import Task
-from physagent_studio.program.actions import Action, Direction
+from physagent_studio.program.actions import Action, Directed, Direction
 from physagent_studio.program.scene.bodies import FLUTTER, Cloth
 from physagent_studio.program.scene.materials import density_of
 from physagent_studio.program.scene.plants import FOLIAGE, sway_frequency
@@ -33,6 +33,7 @@ class FlightSettings:
     steep_leap_ratio: float = 1.3
     # 0.5..1: of the way that is to be gone by hops: while it is kicked it is carried on
     hop_way_share: float = 0.9
+    bounced_share: float = 0.6  # 0.4..0.8: of the clip, after which it goes on, if not before
     last_hop_m_s: float = 0.55  # m/s, 0.2..1: the same of what has to get somewhere by its hops
 
 
@@ -135,9 +136,28 @@ def _hop_speed(task: Task, last: float) -> float:
     return min(max(speed, last / _kept(task) ** hops), 7.0) if hops > 1 else speed
 
 
+def leaps_out(task: Task) -> bool:
+    """Whether one leap after which it comes up as often as is told would leave the picture."""
+    high = _hop_speed(task, FLIGHT.seen_hop_m_s) ** 2 / (2 * mech.G)
+    return _hops(task) > 1 and high > free_way(task.layout, task.name, WAYS["up"])
+
+
 def _kept(task: Task) -> float:
     """The share of its speed that a rebound from the ground leaves it."""
     return max(task.layout.touch(task.name, task.layout.ground()).restitution, 0.2)
+
+
+def bounced_steps(task: Task, leaps: list[Action]) -> int:
+    """After how many steps what leaps on the spot has come down as often as is told, and once
+    more, for the last time that it is seen to come up."""
+    last = leaps[-1]
+    force = getattr(last, "force", None)
+    if not isinstance(force, Directed):
+        return 0
+    times = max(_hops(task), 1) if len(leaps) == 1 else 1
+    flights = sum(_kept(task) ** k for k in range(times + (len(leaps) == 1)))
+    steps = round(2 * force.magnitude / mech.G * flights / task.clip.step_seconds)
+    return min(last.start_step + steps, round(FLIGHT.bounced_share * task.clip.steps))
 
 
 def hop_onto(task: Task) -> list[Action]:

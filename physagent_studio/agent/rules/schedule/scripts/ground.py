@@ -21,6 +21,7 @@ from physagent_studio.agent.rules.scene.measures import (
 from physagent_studio.agent.rules.schedule import actions as act
 from physagent_studio.agent.rules.schedule.paths import arc_length, clearance, free_turn
 from physagent_studio.agent.rules.schedule.scripts.blows import blow, sent_off, to_the_middle
+from physagent_studio.agent.rules.schedule.scripts.carrying import met_across
 from physagent_studio.agent.rules.schedule.scripts.stopping import brake, stopping_speed
 from physagent_studio.agent.rules.schedule.scripts.task import TASK, Task
 from physagent_studio.language import Place
@@ -97,6 +98,7 @@ def _is_shoved(task: Task, target: Place | None) -> bool:
     sliding = not task.layout.rolls(task.name)
     blows = () if task.intent.manner("slow", "gentle") else ("hit", "strike")
     sent = task.intent.has("kick", "throw", "slip", *blows) or bool(task.intent.struck_by)
+    sent |= pulled_from_under(task) is not None
     free = task.ground_friction() < GROUND.max_glide_friction or task.intent.manner("flicked")
     item = task.layout.state.object(task.name)
     return sliding and bool(item and item.body.kind == "rigid") and not sent and not free
@@ -274,10 +276,21 @@ def _beside(task: Task, other: str) -> float:
 
 
 def _open_way(task: Task) -> Direction:
-    """Away from the camera on a field, else to the side that has more of the picture."""
+    """Away from the camera on a field, else to the side that has more of the picture; what shall
+    leave that goes by the nearer side."""
+    if task.intent.manner("offscreen"):
+        ways: tuple[Direction, ...] = ("left", "right")
+        return min(ways, key=lambda way: _way_out(task, way))
     if task.layout.rolls(task.name) or task.intent.has("kick", "throw", "roll"):
         return "away"
     return "right" if task.layout.position(task.name)[0] <= 0 else "left"
+
+
+def _way_out(task: Task, way: Direction) -> tuple[bool, float]:
+    """Whether anything stands in a way out of the picture, and how long that is, m."""
+    far, size = free_way(task.layout, task.name, WAYS[way]), task.layout.size(task.name)
+    reach = min(far, GROUND.max_out_sizes * size) + 1.5 * size
+    return bool(met_across(task.layout, task.name, reach * WAYS[way])), far
 
 
 def _ground_speed(task: Task, target: Place | None) -> float:
@@ -308,6 +321,13 @@ def _ground_speed(task: Task, target: Place | None) -> float:
         speed = max(min(speed, 0.8), 0.2)
     needed = blow(task.layout, task.intent)
     return max(speed, sent_off(needed, slowing, distance) if needed else 0.0)
+
+
+def pulled_from_under(task: Task) -> str | None:
+    """What stands on it and shall stay behind: "is pulled out from under the apple"."""
+    place = task.intent.place("off", "from", senses=("pull", "push", "slide", "move", "knock"))
+    above = task.layout.above(task.name)
+    return place.name if place is not None and place.name in above else None
 
 
 def way_to_go(task: Task) -> float:

@@ -9,6 +9,7 @@ from physagent_studio.agent.rules.scene import mechanics as mech
 from physagent_studio.agent.rules.scene.framing import free_way
 from physagent_studio.agent.rules.scene.measures import UP, WAYS, place_name
 from physagent_studio.agent.rules.schedule import actions as act
+from physagent_studio.agent.rules.schedule.scripts.flight import leaps_out
 from physagent_studio.agent.rules.schedule.scripts.task import Task
 from physagent_studio.language import EventFrame, Place
 from physagent_studio.program.actions import Action
@@ -39,16 +40,19 @@ def hops_told(task: Task) -> int:
     """How often it shall leap, where that is more than once; else 0.
 
     What bounces so many times gently leaps once more, each time a little lower: from the height
-    at which it can be seen to, most things would not come up so often by themselves.
+    at which it can be seen to, most things would not come up so often by themselves. So does what
+    would have to leap out of the picture.
     """
     leaps = (f.count or 0 for f in task.intent.frames if f.sense == "jump")
     most = max(leaps, default=0)
-    bounces = (f.count or 0 for f in task.intent.frames if _is_gentle_bounce(f))
+    high = leaps_out(task)
+    bounces = (f.count or 0 for f in task.intent.frames if _is_low_bounce(f, high))
     return max(most if most > 1 else 0, *(count + 1 for count in bounces if count), 0)
 
 
-def _is_gentle_bounce(frame: EventFrame) -> bool:
-    return frame.sense == "bounce" and bool(frame.manner & {"gentle", "slight"})
+def _is_low_bounce(frame: EventFrame, leaps_out: bool) -> bool:
+    low = leaps_out or bool(frame.manner & {"gentle", "slight"})
+    return frame.sense == "bounce" and not frame.places and low
 
 
 def hop_aim(task: Task) -> Place | None:

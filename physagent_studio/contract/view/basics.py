@@ -249,9 +249,13 @@ def on_wheels(facts: Facts, names: tuple[str, ...]) -> list[Check]:
         along = np.einsum("ti,ti->t", front, goes) / np.maximum(
             np.linalg.norm(front, axis=1) * speed, 1e-9
         )
-        along *= -1 if name in facts.program.contract.backwards else 1
+        either = _met_something(facts, name)
+        if name in facts.program.contract.backwards:
+            # What has backed up may drive on, once it has come to a stand.
+            along = -along
+            either |= np.logical_or.accumulate(np.logical_or.accumulate(moves) & ~moves)
         # What it meets may send it back.
-        along = np.where(_met_something(facts, name), np.abs(along), along)
+        along = np.where(either, np.abs(along), along)
         off = np.degrees(np.arccos(np.clip(along, -1, 1)))
         worst = float(np.quantile(off[moves], 0.9))
         tilt = float(track.tilt()[moves].max())

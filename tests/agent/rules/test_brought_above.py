@@ -61,6 +61,39 @@ def test_what_is_pulled_from_under_a_thing_leaves_it_where_it_was() -> None:
     assert way["apple"][-1, 2] < way["apple"][0, 2] - 0.03
 
 
+LANE = Stage(
+    "lane_with_a_car",
+    {
+        "toy_car": (Box(size=(0.12, 0.06, 0.05)), (-0.4, 3.1, 0.025), "floor"),
+        "bottle": (Cylinder(radius=0.035, height=0.25), (0.1, 3.1, 0.125), "floor"),
+    },
+)
+
+
+@pytest.mark.parametrize(
+    "prompt",
+    [
+        "The toy car reverses, then drives straight into the bottle.",
+        "The toy car backs up and then drives forward again.",
+    ],
+)
+def test_what_backs_up_first_goes_on_front_first(prompt: str) -> None:
+    program = RuleGenerator().first(LANE.case(prompt), LANE.reconstruct)
+    rollout = simulate(program, {})
+    x = rollout.positions[:, rollout.index("toy_car"), 0]
+    assert x.min() < x[0] - 0.03
+    assert x[-1] > x.min() + 0.05
+    wheels = [c for c in measure(program, rollout) if "wheels" in c.id]
+    assert wheels
+    assert all(check.ok for check in wheels)
+
+
+def test_what_bounces_back_went_there_front_first() -> None:
+    prompt = "The toy car crashes head-on into the bottle and bounces back."
+    program = RuleGenerator().first(LANE.case(prompt), LANE.reconstruct)
+    assert program.contract.backwards == ()
+
+
 def test_what_is_told_after_comes_first() -> None:
     things = [("bottle", Grounding())]
     said = read("The bottle rolls away after it has been knocked over.", inventory(things))

@@ -30,6 +30,8 @@ def script_for(task: Task) -> Script:
         return scripts.float_down
     if _is_carried(task):
         return scripts.carry
+    if _backs_first(task):
+        return _back_and_on
     if intent.frames and intent.frames[0].sense == "rise":
         return scripts.lift
     if task.ramp_ahead() is not None:
@@ -333,6 +335,42 @@ def _going_on(task: Task) -> int | None:
         return None
     goes = told[1].sense in ("roll", "slide", "move", "leave") and told[1].link == "then"
     return 1 if goes and task.layout.rolls(task.name) else None
+
+
+def _backs_first(task: Task) -> bool:
+    """ "Reverses, then drives into the box": on its wheels, first with its back first."""
+    told = [f for f in task.intent.frames if not f.negated]
+    if task.wheels is None or len(told) < 2 or task.layout.ramp_below(task.name) is not None:
+        return False
+    first, on = told[0], told[1:]
+    back = first.direction == "backward" or "backwards" in first.manner
+    return (
+        back
+        and not first.agent
+        and all(f.direction != "backward" and "backwards" not in f.manner for f in on)
+        and any(f.sense in _GROUND for f in on)
+    )
+
+
+def _back_and_on(task: Task) -> list[Action]:
+    """Backwards for a part of the clip, to a stand there; then on with its front first."""
+    intent = task.intent
+    back = replace(task, intent=Intent(task.name, [*intent.frames[:1], *_HALT]))
+    wait = task.clip.steps * 2 // 5
+    left = task.clip.model_copy(update={"frames": max(task.clip.frames * 3 // 5, 2)})
+    onward = replace(intent, frames=intent.frames[1:])
+    on = replace(task, intent=onward, clip=left)
+    short = task.clip.model_copy(update={"frames": max(task.clip.frames * 2 // 5, 2)})
+    going = script_for(on)(on)
+    return scripts.along_ground(replace(back, clip=short)) + [
+        action
+        if action.when
+        else action.model_copy(update={"start_step": action.start_step + wait})
+        for action in going
+    ]
+
+
+_HALT = (EventFrame("stop", ""),)
 
 
 def _bounced_then(task: Task, then: int) -> list[Action]:

@@ -35,6 +35,7 @@ class CarryingSettings:
 
     rise_sizes: float = 0.9  # own sizes, 0.2..1.5: lower is hardly seen to be lifted
     clear_sizes: float = 0.25  # own sizes, 0.1..1: over what it is carried across
+    drop_sizes: float = 0.8  # own sizes, 0.3..2: over what it is let fall on, so that it is seen to
     min_clear_m: float = 0.03  # m, 0.01..0.1: likewise, for what is small
     beside_sizes: float = 0.3  # own sizes, 0.1..1: between it and what it is put down beside
     release_m: float = 0.003  # m, 0.001..0.01: above what it is put on, where it is let go
@@ -73,11 +74,15 @@ def carry(task: Task) -> list[Action]:
         if (far := float(np.linalg.norm(way))) > 1e-3:
             label = "carry" if number == 1 else "carry_on"
             moves.append((far, unit(way), CARRYING.along_ratio, label))
-    dropped = task.intent.has("fall", "land") and not task.intent.has("set_down")
+    dropped = _is_let_fall(task)
     if goal.base is not None and not dropped:
         down = rise + own_base - goal.base - CARRYING.release_m
         moves.append((down, WAYS["down"], 1.0, "lower"))
     return _moves(task, moves, held=goal.base is None and not dropped)
+
+
+def _is_let_fall(task: Task) -> bool:
+    return task.intent.has("fall", "land") and not task.intent.has("set_down")
 
 
 def _moves(
@@ -124,7 +129,8 @@ def _over(task: Task) -> tuple[FloatArray, ...]:
 def _rise(task: Task, goal: _Goal, own_base: float) -> float:
     """How high it is raised, m: over what it is put on and what it is carried across."""
     layout = task.layout
-    clear = max(CARRYING.clear_sizes * layout.height(task.name), CARRYING.min_clear_m)
+    over = CARRYING.drop_sizes if _is_let_fall(task) else CARRYING.clear_sizes
+    clear = max(over * layout.height(task.name), CARRYING.min_clear_m)
     tops = [goal.base] if goal.base is not None else []
     if (place := _into(task)) is not None:
         tops.append(_top(layout, place))

@@ -75,8 +75,9 @@ class Task:
 
     @property
     def backwards(self) -> bool:
-        """Whether the prompt has it go with its back first."""
-        said = (f for f in self.intent.frames if not f.agent)
+        """Whether the prompt has it go with its back first, from the beginning: what bounces back
+        from a thing went there front first."""
+        said = [f for f in self.intent.frames if not f.agent and f.sense != "bounce"]
         return any(f.direction == "backward" or "backwards" in f.manner for f in said)
 
     @property

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, lru_cache
 
 from physagent_studio.errors import InputError
 from physagent_studio.knowledge.catalogue import Kind, kinds, materials, word_lists
@@ -224,11 +224,12 @@ def _is(name: str, field: str, value: object) -> bool:
     return kind is not None and getattr(kind, field) == value
 
 
-def _split(text: str) -> list[str]:
-    return re.findall(r"[a-z]+", text.lower())
+def _split(text: str) -> tuple[str, ...]:
+    return tuple(re.findall(r"[a-z]+", text.lower()))
 
 
-def _match(said: list[str]) -> tuple[Kind | None, list[str]]:
+@lru_cache(maxsize=4096)
+def _match(said: tuple[str, ...]) -> tuple[Kind | None, tuple[str, ...]]:
     """The kind that the last known words name, the longest name first; and the other words."""
     table, longest = _by_word(), _longest()
     for end in range(len(said), 0, -1):
@@ -240,7 +241,7 @@ def _match(said: list[str]) -> tuple[Kind | None, list[str]]:
     return None, said
 
 
-def _is_tint(name: list[str], after: list[str]) -> bool:
+def _is_tint(name: tuple[str, ...], after: tuple[str, ...]) -> bool:
     """Whether a fruit is only the colour of what is named after it: an orange ring, but not an
     orange slice. Single letters after it tell things apart."""
     nouns = [word for word in after if len(word) > 1]

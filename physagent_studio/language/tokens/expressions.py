@@ -232,11 +232,16 @@ def join_fixed(
     cup" to that cup.
     """
     own = [(words, "_".join(words)) for words in names if len(words) > 1]
-    table = sorted([*own, *FIXED], key=lambda row: -len(row[0]))
+    rows = enumerate(sorted([*own, *FIXED], key=lambda row: -len(row[0])))
+    begins: dict[str, list[tuple[int, tuple[tuple[str, ...], str]]]] = {}
+    for row in rows:
+        begins.setdefault(row[1][0][0], []).append(row)
     joined: list[Token] = []
     index = 0
     while index < len(tokens):
-        for words, one in table:
+        first = tokens[index].text
+        beginning = (row for form in {first, singular(first)} for row in begins.get(form, ()))
+        for _, (words, one) in sorted(beginning):
             part = tokens[index : index + len(words)]
             after = tokens[index + len(words) : index + len(words) + 2]
             told = len(part) == len(words) and _same(part, words, one)

@@ -11,7 +11,7 @@ import itertools
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
-from functools import cache
+from functools import cache, lru_cache
 
 from physagent_studio.language.tokens import vocabulary as v
 from physagent_studio.language.tokens.expressions import FIXED
@@ -23,20 +23,21 @@ SHORT, LONG = 4, 6
 
 def corrected(tokens: Sequence[Token], nouns: frozenset[str]) -> tuple[Token, ...]:
     """The tokens with misspelt words replaced; `nouns` are the words of the case's names."""
-    return tuple(_corrected(token, nouns) for token in tokens)
+    return tuple(replace(token, text=_meant(token.text, nouns)) for token in tokens)
 
 
-def _corrected(token: Token, nouns: frozenset[str]) -> Token:
-    word = token.text
+@lru_cache(maxsize=1024)
+def _meant(word: str, nouns: frozenset[str]) -> str:
+    """The one known word that it is a slip of; else the word itself."""
     if len(word) < 3 or not word.isalpha() or is_known(word, nouns):
-        return token
+        return word
     names = {form for noun in nouns for form in (noun, f"{noun}s")}
     found = [w for w in _everything() | names if _is_slip(word, w)]
     if not found:
         found = [w for w in _long_words() | names if len(w) >= LONG - 1 and _one_off(word, w)]
     # Two readings that mean different things are none.
     meant = {verb_base(w) or singular(w) for w in found}
-    return replace(token, text=min(found, key=len)) if len(meant) == 1 else token
+    return min(found, key=len) if len(meant) == 1 else word
 
 
 def mostly_strange(prompt: str, nouns: frozenset[str]) -> tuple[str, ...]:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from physagent_studio.agent.rules.scene.apart import Body, gap, is_on, size_of
 from physagent_studio.arrays import FloatArray
 from physagent_studio.language import Place
 from physagent_studio.program.base import DIRECTIONS, Direction
@@ -14,14 +15,7 @@ from physagent_studio.program.preflight.mechanics import mass_of
 from physagent_studio.program.rotations import matrix_of
 from physagent_studio.program.scene.aloft import AIR, in_air
 from physagent_studio.program.scene.materials import Touch, combine, touch_of
-from physagent_studio.program.scene.shapes import (
-    Placed,
-    gap,
-    lowest,
-    outline_of,
-    place_support,
-    reach,
-)
+from physagent_studio.program.scene.shapes import Placed, lowest, outline_of, reach
 from physagent_studio.program.scene.state import (
     Floor,
     Ramp,
@@ -86,17 +80,15 @@ class Layout:
 
     def placed(self, name: str) -> Placed | None:
         """An object in its first pose, or a support."""
+        body = self._body(name)
+        return None if body is None else body.placed()
+
+    def _body(self, name: str) -> Body | None:
         item = self.state.object(name)
         if item is not None and item.shape is not None and item.position is not None:
-            return Placed(
-                outline_of(item.shape),
-                positions=np.array([item.position], float),
-                matrices=matrix_of(item.rotation)[None],
-            )
+            return Body((item.shape, item.position, item.rotation))
         support = self.state.support(name)
-        if support is not None and support.shape is not None:
-            return place_support(support.shape)
-        return None
+        return Body(support.shape) if support is not None and support.shape else None
 
     def position(self, name: str) -> FloatArray:
         """Centre of mass of an object; the middle of a support or a landmark."""
@@ -135,12 +127,11 @@ class Layout:
     def size(self, name: str) -> float:
         """Mean edge of the bounding box."""
         item = self.state.object(name)
-        return float(outline_of(item.shape).size.mean()) if item and item.shape else 0.1
+        return size_of(item.shape) if item and item.shape else 0.1
 
     def height(self, name: str) -> float:
         """Vertical extent of an object in its first pose."""
-        up = WAYS["up"]
-        return self.extent(name, up) + self.extent(name, -up)
+        return self.extent(name, UP) + self.extent(name, -UP)
 
     def rolls(self, name: str) -> bool:
         """Whether it rolls and has no up side: a ball, or what is long and round and lies."""
@@ -214,10 +205,10 @@ class Layout:
 
     def gap(self, name: str, other: str) -> float:
         """Distance of two bodies' surfaces; 0 where they touch."""
-        first, second = self.placed(name), self.placed(other)
+        first, second = self._body(name), self._body(other)
         if first is None or second is None:
             return math.inf
-        return float(gap(first, second)[0])
+        return gap(first, second)
 
     def nearer(self, name: str, other: str, way: float) -> float:
         """How much nearer its centre is to that of another thing, m, once it has gone towards it
@@ -236,7 +227,8 @@ class Layout:
         return item.support if item.support is not None else self._nearest_below(name)
 
     def _is_over(self, name: str, other: str) -> bool:
-        return self.gap(name, other) < max(0.02, 0.15 * self.size(name))
+        body, below = self._body(name), self._body(other)
+        return body is not None and below is not None and is_on(body, below)
 
     def _nearest_below(self, name: str) -> str | None:
         others = [o.name for o in self.state.objects if o.name != name and self.has(o.name)]

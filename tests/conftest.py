@@ -12,10 +12,12 @@ import pytest
 if TYPE_CHECKING:
     from physagent_studio.program import SceneState
     from physagent_studio.records import Case, Scene
+    from physagent_studio.records.case import Image
 
-# Before NumPy and OpenCV are imported: more threads than cores only make the tests slower.
-os.environ.setdefault("OMP_NUM_THREADS", "2")
-os.environ.setdefault("OPENCV_FOR_THREADS_NUM", "2")
+# Before NumPy and OpenCV are imported: several processes of tests use the cores as it is, and
+# threads that wait for each other cost processor time; results have the same bits.
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+os.environ.setdefault("OPENCV_FOR_THREADS_NUM", "1")
 
 ROOT = Path(__file__).resolve().parent.parent
 
@@ -88,6 +90,22 @@ def shared_scenes(prepared: Path) -> Iterator[None]:
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(reconstruction, "reconstruct", shared)
+        yield
+
+
+@pytest.fixture(scope="module")
+def unfilled() -> Iterator[None]:
+    """Behind things that leave, the photo stays: filling it is half of what a small scene costs.
+
+    Only where nobody looks at the background, and not beside `shared_scenes`.
+    """
+    from physagent_studio.reconstruction.background import plate
+
+    def as_it_is(photo: Image, *_: object) -> Image:
+        return photo.copy()
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(plate, "fill", as_it_is)
         yield
 
 

@@ -20,6 +20,8 @@ from physagent_studio.program.edits import Edit, SetField
 from physagent_studio.reconstruction import reconstruct
 from physagent_studio.records import Case, LoopState, Rollout, Scene
 
+pytestmark = pytest.mark.usefixtures("unfilled")
+
 SCENES = Path(__file__).parent.parent / "data" / "synthetic"
 
 

@@ -37,6 +37,8 @@ from physagent_studio.reconstruction.backends.sam3d import import_bodies
 from physagent_studio.reconstruction.shapes.silhouettes import in_world
 from physagent_studio.records.case import Case
 
+pytestmark = pytest.mark.usefixtures("unfilled")
+
 numbers = st.floats(-1, 1)
 
 

@@ -99,23 +99,24 @@ def test_both_models_take_part_and_it_is_told(photo, folder, monkeypatch, embedd
 
 
 @pytest.mark.parametrize(
-    ("name", "data", "why"),
+    ("masks", "why_no_masks", "filling", "why_no_filling"),
     [
-        ("efficientsam", small_efficientsam(base=(np.nan, 0, 0)), "not finite"),
-        ("efficientsam", small_efficientsam()[:400], "cannot read"),
-        ("lama", small_lama((np.nan, 0, 0)), "not finite"),
-        ("lama", small_efficientsam(), "does not run"),
+        (small_efficientsam(base=(np.nan, 0, 0)), "not finite", small_efficientsam(), "not run"),
+        (small_efficientsam()[:400], "cannot read", small_lama((np.nan, 0, 0)), "not finite"),
     ],
 )
-def test_what_fails_is_made_the_embedded_way(photo, folder, monkeypatch, embedded, name, data, why):
+def test_what_fails_is_made_the_embedded_way(
+    photo, folder, monkeypatch, embedded, masks, why_no_masks, filling, why_no_filling
+):
     plain, case, state = embedded
-    put(monkeypatch, folder, name, data)
+    put(monkeypatch, folder, "efficientsam", masks)
+    put(monkeypatch, folder, "lama", filling)
     here = learned_here()
     assert here.key
     found, _, _ = _scene(photo, here)
-    (use,) = found.learned
-    assert (use.model, use.made) == (name, ())
-    assert why in use.failed
+    assert [(use.model, use.made) for use in found.learned] == [("efficientsam", ()), ("lama", ())]
+    assert why_no_masks in found.learned[0].failed
+    assert why_no_filling in found.learned[1].failed
     assert isinstance(plain, Scene)
     assert found.state == plain.state
     assert np.array_equal(found.masks["ball"], plain.masks["ball"])

@@ -12,6 +12,8 @@ from physagent_studio.exchange import case_from_image
 from physagent_studio.program.scene.state import Click, Grounding, SceneObject, SceneState
 from physagent_studio.reconstruction import reconstruct, stated_focal
 
+pytestmark = pytest.mark.usefixtures("unfilled")
+
 SIZE = (320, 200)
 
 

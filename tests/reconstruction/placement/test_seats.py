@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import cv2
 import numpy as np
+import pytest
 
 from physagent_studio.program.scene.state import Grounding, Inflated, SceneObject, SceneState
 from physagent_studio.reconstruction.pipeline import reconstruct
 from physagent_studio.records.case import Case
+
+pytestmark = pytest.mark.usefixtures("unfilled")
 
 
 def _picture() -> np.ndarray:

@@ -24,6 +24,8 @@ from physagent_studio.reconstruction.shapes.silhouettes import in_world, silhoue
 from physagent_studio.reconstruction.supports.ramps import height_at
 from physagent_studio.records.case import Case
 
+pytestmark = pytest.mark.usefixtures("unfilled")
+
 CAMERA = Camera.from_horizon((640, 480), 60, 1.1, focal=620.0, source="given", confirmed=True)
 CLICK = Grounding(points=(Click(x=320.0, y=240.0),))
 

@@ -29,6 +29,8 @@ from physagent_studio.records.case import Case
 from physagent_studio.simulation import simulate
 from physagent_studio.simulation.bodies.solids import solid_of
 
+pytestmark = pytest.mark.usefixtures("unfilled")
+
 FALLS = "The ball falls into the {}."
 
 

@@ -33,6 +33,8 @@ from physagent_studio.reconstruction.supports.block import Block, placed
 from physagent_studio.reconstruction.supports.blocks import best_block
 from physagent_studio.records.case import Case
 
+pytestmark = pytest.mark.usefixtures("unfilled")
+
 TABLE = Path(__file__).parents[2] / "data" / "synthetic" / "table"
 TRUTH = json.loads((TABLE / "truth.json").read_text())
 CAMERA = Camera.model_validate(TRUTH["camera"])

@@ -36,6 +36,8 @@ from physagent_studio.reconstruction.supports.stairs import with_steps
 from physagent_studio.records.case import Case
 from physagent_studio.simulation import simulate
 
+pytestmark = pytest.mark.usefixtures("unfilled")
+
 STAIRS = Ramp(toe=(0, 2.5, 0), yaw=0.0, run=0.9, rise=0.64, width=1.0, plateau=0.5, steps=4)
 CAMERA = Camera.from_horizon((640, 480), 90.0, 1.3, focal=600.0, source="given", confirmed=True)
 

@@ -25,6 +25,8 @@ from physagent_studio.reconstruction.survey.named_tops import with_tops
 from physagent_studio.reconstruction.survey.sighting import Look
 from physagent_studio.records.case import Case
 
+pytestmark = pytest.mark.usefixtures("unfilled")
+
 SIZE = (480, 300)
 TOP = 0.75
 CAMERA = Camera.from_horizon(SIZE, 10.0, TOP + 0.4, source="given", confirmed=True)

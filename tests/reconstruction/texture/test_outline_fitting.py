@@ -32,6 +32,8 @@ from physagent_studio.reconstruction.texture.outline_fitting import covering
 from physagent_studio.reconstruction.texture.skins import sights_of
 from physagent_studio.records.scene import Mesh
 
+pytestmark = pytest.mark.usefixtures("unfilled")
+
 CAMERA = Camera.from_horizon((320, 240), 60.0, 1.0, focal=300.0)
 PIN = Revolved(
     profile=((-0.25, 0.06), (-0.1, 0.11), (0.0, 0.1), (0.12, 0.05), (0.2, 0.06), (0.25, 0.03))

@@ -214,8 +214,9 @@ def pip_install(extras: Sequence[str]) -> None:
     target = str(ROOT) + (f"[{','.join(extras)}]" if extras else "")
     command = [str(venv_program("python")), "-m", "pip", "install", "--log", str(LOG)]
     command += ["--disable-pip-version-check", "--retries", "3"]
-    # Ready-made packages only: a compiler error says nothing to a user.
-    command += ["--only-binary", ":all:"]
+    # Ready-made packages only: a compiler error says nothing to a user. Python compiles what it
+    # imports when it does: most of what is installed never is.
+    command += ["--only-binary", ":all:", "--no-compile"]
     steps = [["--require-hashes", "--requirement", str(LOCK)]] if LOCK.exists() else []
     if LOG.exists():
         LOG.unlink()  # pip appends, and the last failure is what `explain` shall read

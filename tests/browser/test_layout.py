@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Callable
 
 import pytest
@@ -13,6 +12,8 @@ from tests.browser.conftest import Desk
 pytestmark = pytest.mark.browser
 
 SIZES = ((1280, 720), (1440, 900), (1920, 1080))
+LOOKS = (*((size, False) for size in SIZES), (SIZES[0], True))
+"""Sizes and whether dark, which changes colours alone: it is looked at where room is scarcest."""
 
 AMISS = """() => {
   const shown = (one) => !one.disabled && one.checkVisibility({ visibilityProperty: true }) && !one.closest('#viewer, [hidden]');
@@ -101,7 +102,7 @@ def test_everything_can_be_hit_and_read(waiting: Desk) -> None:
         themed(page, SIZES[0], dark=False)
         go()
         page.wait_for_function("() => document.fonts.status === 'loaded'")
-        for size, dark in itertools.product(SIZES, (False, True)):
+        for size, dark in LOOKS:
             themed(page, size, dark=dark)
             amiss[name, size, dark] = page.evaluate(AMISS)
         for _ in range(2):

@@ -18,7 +18,7 @@ from physagent_studio.studio import photo_desk
 from physagent_studio.workbench import tasks
 from tests.browser.conftest import PATIENCE, Desk
 
-pytestmark = pytest.mark.browser
+pytestmark = [pytest.mark.browser, pytest.mark.usefixtures("unfilled")]
 
 
 class Photo:

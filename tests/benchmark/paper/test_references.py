@@ -69,10 +69,15 @@ def first(label: str) -> PhysicalProgram:
     return first_program(EVENTS[label])
 
 
+@cache
+def by_itself(label: str) -> bool:
+    """Whether gravity alone makes the event."""
+    return holds(EVENTS[label], acting(first(label), ()))
+
+
 def resting(label: str, program: PhysicalProgram) -> PhysicalProgram:
     """The program; where gravity alone makes the event, all is held until it is pushed."""
-    by_itself = holds(EVENTS[label], acting(first(label), ()))
-    return held_until_pushed(program) if by_itself else program
+    return held_until_pushed(program) if by_itself(label) else program
 
 
 def has_direction(event: Event) -> bool:
@@ -95,7 +100,7 @@ def test_the_mirrored_program_is_rejected(label: str) -> None:
     program = mirrored(first(label))
     if program is None or not has_direction(EVENTS[label]):
         pytest.skip("its sentence or its program has no direction to mirror")
-    if holds(EVENTS[label], acting(first(label), ())):
+    if by_itself(label):
         pytest.skip("gravity makes it, whichever way the thing is nudged before")
     assert not holds(EVENTS[label], program)
 
@@ -152,7 +157,7 @@ def wrong(label: str, count: int) -> Iterator[tuple[int, PhysicalProgram]]:
     event, program = EVENTS[label], first(label)
     meant = ways_of(event)
     let_go = {getattr(s, "subject", "") for s in event.reference.statements if not s.negated}
-    if not holds(event, acting(program, ())):
+    if not by_itself(label):
         let_go = set()
     tried = ((seed, random_program(program, seed)) for seed in range(400))
     unmeant = (

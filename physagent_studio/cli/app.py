@@ -17,6 +17,7 @@ from physagent_studio.cli import early, output
 from physagent_studio.cli.comparing import judges
 from physagent_studio.cli.guard import BAD_INPUT, Json, Workspace, guarded, our_fault
 from physagent_studio.cli.models import models
+from physagent_studio.cli.options import Agent, Horizon, Objects
 from physagent_studio.cli.session import session as session_tools
 from physagent_studio.cli.sweeping import attribute, sweep
 from physagent_studio.errors import InputError, ProgramError
@@ -38,18 +39,6 @@ app.command(
     " --out sweep/"
 )(sweep)
 app.command(epilog="Example: physagent attribute my-case-1105")(attribute)
-
-Agent = Annotated[
-    str, typer.Option(help="rules (embedded, offline) or vlm (a model; see docs/vlm.md).")
-]
-Objects = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--object",
-        help='Where a thing is in the photo: "name@x,y" or, as two opposite corners,'
-        ' "name@x0,y0,x1,y1"; "name" alone is looked for.',
-    ),
-]
 
 
 def main() -> None:
@@ -144,13 +133,20 @@ def run(
     yes: Annotated[
         bool, typer.Option("--yes", help="Go on where a mask is doubtful, and say so.")
     ] = False,
+    horizon: Horizon = None,
+    out: Annotated[Path | None, typer.Option(help="Where its clip goes, .mp4.")] = None,
+    masks: Annotated[Path | None, typer.Option(help="A picture of what was cut out, .png.")] = None,
+    verbose: Annotated[
+        bool, typer.Option("--verbose", help="List all checks, not just those that fail.")
+    ] = False,
     as_json: Json = False,
     workspace: Workspace = None,
 ) -> None:
     """Run the reflection loop until the event happens or the budget ends."""
     words, played = tuple(objects or ()), tuple(by_hand or ())
     who = (policy, played, frames, agent)
-    request = early.RunRequest(target, event, prompt, words, rounds, *who, annotation, lessons, yes)
+    also = (annotation, lessons, yes, horizon, out, masks, verbose)
+    request = early.RunRequest(target, event, prompt, words, rounds, *who, *also)
     early.target_there(target, workspace, "a case folder or an image")
     from physagent_studio.cli.run import run_loop
 
@@ -326,12 +322,14 @@ def reconstruct(
     sheet: Annotated[Path, typer.Option(help="Where the contact sheet goes, .png.")],
     prompt: Annotated[str, typer.Option(help="The event, with an image as target.")] = "",
     objects: Objects = None,
+    horizon: Horizon = None,
 ) -> None:
     """Reconstruct a scene once and write a contact sheet of every step."""
     early.there(target, "a case folder or an image")
     from physagent_studio.cli.programs import reconstruct_case
 
-    typer.echo(f"wrote {reconstruct_case(target, sheet, prompt, tuple(objects or ()))}")
+    words = tuple(objects or ())
+    typer.echo(f"wrote {reconstruct_case(target, sheet, prompt, words, horizon)}")
 
 
 @app.command(epilog="Example: physagent sessions")

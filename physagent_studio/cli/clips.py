@@ -26,9 +26,14 @@ def render_session(
     out: Path,
     workspace: Path | None,
     look: ClipLook = AS_DRAWN,
+    *,
+    quiet: bool = False,
 ) -> str:
-    """Writes the clip of a round, or of the best one, as a video; a line on what was written."""
-    with _showing(session_id, round_id, workspace) as desk:
+    """Writes the clip of a round, or of the best one, as a video; a line on what was written.
+
+    quiet: no progress on standard error.
+    """
+    with _showing(session_id, round_id, workspace, quiet=quiet) as desk:
         made = render_rollout(desk, out, look)
     width, height = video_size(made)
     return f"wrote {made}, {width} × {height} pixels"
@@ -122,11 +127,13 @@ def _workflow(path: Path) -> dict[str, Any]:
 
 
 @contextmanager
-def _showing(session_id: str, round_id: str | None, workspace: Path | None) -> Iterator[Desk]:
+def _showing(
+    session_id: str, round_id: str | None, workspace: Path | None, *, quiet: bool = False
+) -> Iterator[Desk]:
     """A session with that round, or its best one, on view."""
     with (
         Store(workspace).open(session_id, writing=False) as session,
-        progress_control(False) as control,
+        progress_control(quiet) as control,
     ):
         desk = Desk(session, control)
         best = desk.state.best

@@ -33,6 +33,10 @@ class RunRequest:
     annotation: Path | None = None
     lessons: Path | None = None
     yes: bool = False
+    horizon: float | None = None
+    out: Path | None = None
+    masks: Path | None = None
+    verbose: bool = False
 
     def __post_init__(self) -> None:
         """Raises `InputError` for a word that is none of those allowed."""
@@ -47,6 +51,10 @@ class RunRequest:
         agent_name(self.agent)
         if Path(self.target).suffix.lower() in IMAGES:
             parse_objects(self.objects)
+        if self.out is not None:
+            video_name(self.out)
+        if self.masks is not None and self.masks.suffix.lower() != ".png":
+            raise InputError(f"{self.masks} would be a PNG; call it {self.masks.stem}.png")
 
     @property
     def draws(self) -> bool:

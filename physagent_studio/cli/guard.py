@@ -23,7 +23,6 @@ Workspace = Annotated[
     Path | None,
     typer.Option(help="Folder of sessions; else $PHYSAGENT_HOME, else your data folder."),
 ]
-
 OUR_FAULT, BAD_INPUT, NOT_REALISED, WAITING, CANCELLED = 1, 2, 3, 4, 130
 
 KEPT = "cancelled; everything up to here is kept"

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import sys
+import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from textwrap import shorten
@@ -28,6 +30,9 @@ if TYPE_CHECKING:
     from physagent_studio.session import SessionInfo
     from physagent_studio.workbench.engine import Control
 
+LONGEST = 44
+"""Characters of a stage on a terminal: with bar and clock they fit into 80 columns."""
+
 
 def print_json(value: Any) -> None:
     """One JSON value on standard output; numbers are finite."""
@@ -36,12 +41,19 @@ def print_json(value: Any) -> None:
 
 @contextmanager
 def progress_control(quiet: bool) -> Iterator[Control]:
-    """A `Control` that draws a progress bar on standard error, or nothing."""
+    """A `Control` that tells of progress on standard error, or of nothing.
+
+    On a terminal one line, rewritten; elsewhere a line for each stage, with the seconds until it.
+    """
+    from physagent_studio.workbench.doing import STEPS
     from physagent_studio.workbench.engine import Control
 
     console = Console(stderr=True)
-    if quiet or not console.is_terminal:
+    if quiet:
         yield Control()
+        return
+    if not console.is_terminal:
+        yield Control(progress=_lines())
         return
     columns = (
         SpinnerColumn(),
@@ -53,11 +65,29 @@ def progress_control(quiet: bool) -> Iterator[Control]:
         task = bar.add_task("starting", total=None)
 
         def show(what: str, share: float | None) -> None:
-            bar.update(task, description=what, total=1.0 if share is not None else None)
+            said = shorten(STEPS.get(what, what), LONGEST, placeholder=" …")
+            bar.update(task, description=escape(said), total=1.0 if share is not None else None)
             if share is not None:
                 bar.update(task, completed=share)
 
         yield Control(progress=show)
+
+
+def _lines() -> Callable[[str, float | None], None]:
+    """Told of progress, prints a line on standard error where another stage begins."""
+    from physagent_studio.workbench.doing import STEPS
+
+    began, last = time.monotonic(), ""
+
+    def show(what: str, share: float | None) -> None:
+        nonlocal last
+        if what in (last, "done"):
+            return
+        last = what
+        said = shorten(STEPS.get(what, what), 2 * LONGEST, placeholder=" …")
+        print(f"{time.monotonic() - began:6.1f} s  {said}", file=sys.stderr, flush=True)
+
+    return show
 
 
 @contextmanager

@@ -10,7 +10,7 @@ import typer
 
 from physagent_studio.cli import output
 from physagent_studio.cli.guard import NOT_REALISED
-from physagent_studio.cli.targets import case_of
+from physagent_studio.cli.targets import case_of, with_horizon
 from physagent_studio.contract import measure
 from physagent_studio.errors import InputError
 from physagent_studio.exchange.files import bytes_of, written
@@ -104,7 +104,11 @@ def simulate_program(program: PhysicalProgram, path: Path, out: Path, as_json: b
 
 
 def reconstruct_case(
-    target: str, sheet: Path, prompt: str = "", objects: tuple[str, ...] = ()
+    target: str,
+    sheet: Path,
+    prompt: str = "",
+    objects: tuple[str, ...] = (),
+    horizon: float | None = None,
 ) -> Path:
     """Reconstructs a case, or a photo with what it shows, and writes its contact sheet."""
     from physagent_studio.reconstruction.contact_sheet import contact_sheet
@@ -114,7 +118,7 @@ def reconstruct_case(
     # Before the work, not after it.
     if sheet.suffix.lower() != ".png" or not sheet.parent.is_dir():
         raise InputError(f"{sheet} cannot be written; it must be a .png in a folder that exists")
-    case = case_of(target, None, prompt, objects)
+    case = with_horizon(case_of(target, None, prompt, objects), target, horizon)
     picture = contact_sheet(first_program(case, learned_here())[1])
     if not cv2.imwrite(str(sheet), picture[..., ::-1]):
         raise InputError(f"{sheet} cannot be written; its folder must be writable")

@@ -6,15 +6,16 @@ import os
 import time
 from contextlib import closing
 from pathlib import Path
-from typing import Any
 
 import typer
 
 from physagent_studio.agent.by_hand import in_order, waits_for
 from physagent_studio.cli import output
+from physagent_studio.cli.clips import render_session
 from physagent_studio.cli.early import IMAGES, POLICIES, RunRequest, agent_name, is_session
 from physagent_studio.cli.guard import CANCELLED, KEPT, NOT_REALISED, WAITING, say
-from physagent_studio.cli.targets import case_of
+from physagent_studio.cli.targets import case_of, with_horizon
+from physagent_studio.cli.verdict import is_plain, tell
 from physagent_studio.errors import Cancelled, InputError
 from physagent_studio.exchange import (
     PeerSetup,
@@ -26,7 +27,6 @@ from physagent_studio.jobs import Processes
 from physagent_studio.reconstruction import reduction_of
 from physagent_studio.records import Case, Doubt, LoopState
 from physagent_studio.session import Session, Store
-from physagent_studio.session.standing import IN_DOUBT
 from physagent_studio.workbench.commands import (
     Advance,
     ApplyEdits,
@@ -36,10 +36,7 @@ from physagent_studio.workbench.commands import (
 )
 from physagent_studio.workbench.desk import Desk
 from physagent_studio.workbench.journal import carry_out
-from physagent_studio.workbench.report import asked_about, report_of, save_candidates
-
-HOW = " (in the studio, or as `horizon: [[x, y], [x, y]]` in a file for --annotation)"
-"""Where on the command line the ends of the horizon are said."""
+from physagent_studio.workbench.report import asked_about, report_of, save_candidates, save_cut_out
 
 
 def run_loop(request: RunRequest, workspace: Path | None, as_json: bool) -> int:
@@ -51,6 +48,8 @@ def run_loop(request: RunRequest, workspace: Path | None, as_json: bool) -> int:
         session = _session(request, Store(workspace), None if peer is None else peer.case)
         if session.read_only:
             raise InputError(f"{session.read_only}; close it there first")
+        if not as_json:
+            typer.echo(f"session {session.id}")
         desk, asked = _carried_out(request, session, peer, as_json)
         report = report_of(desk.state, session, time.perf_counter() - started)
         if peer is not None:
@@ -67,10 +66,31 @@ def run_loop(request: RunRequest, workspace: Path | None, as_json: bool) -> int:
             session.close()
     if asked:
         report["pictures"] = [str(save_candidates(desk, doubt.name)) for doubt in asked]
-    _print(report, desk.state, as_json, asked=bool(asked))
+    if as_json:
+        output.print_json(report)
+    else:
+        tell(report, desk.state, asked=bool(asked), verbose=request.verbose)
+    _write_pictures(request, desk, workspace, as_json)
     if asked or waits_for(desk.state):
         return WAITING
     return 0 if report["realised"] and is_plain(report) else NOT_REALISED
+
+
+def _write_pictures(request: RunRequest, desk: Desk, workspace: Path | None, as_json: bool) -> None:
+    """Writes the clip and the picture of the masks that were asked for, where there are such."""
+    said: list[str] = []
+    if request.masks is not None:
+        made = save_cut_out(desk, request.masks)
+        said.append(f"wrote {request.masks}" if made else "no masks: nothing was reconstructed")
+    best = desk.state.best
+    if request.out is not None and (best is None or best.rollout is None):
+        said.append("no clip: nothing ran")
+    elif request.out is not None:
+        session = desk.session.id
+        said.append(render_session(session, None, request.out, workspace, quiet=as_json))
+    for line in said:
+        # One JSON value stays one.
+        typer.echo(line, err=as_json)
 
 
 def _carried_out(
@@ -84,8 +104,6 @@ def _carried_out(
         closing(Processes((os.cpu_count() or 1) - 1, keeping=True)) as spare,
     ):
         desk = Desk(session, control, evidence=request.draws, agent=agent, spare=spare)
-        if not as_json:
-            typer.echo(f"session {session.id}")
         for role in in_order(request.by_hand):
             carry_out(desk, TakeRole(role), "person")
         carry_out(desk, Advance(policy, "simulate"), "person")
@@ -121,6 +139,7 @@ def _session(request: RunRequest, store: Store, case: Case | None = None) -> Ses
                 " --annotation would be others; save it with at most 12 million pixels"
             )
         case = annotated(case, request.annotation)
+    case = with_horizon(case, request.target, request.horizon)
     if request.event is None and not chosen and len(case.events) > 1:
         names = ", ".join(name for name, _ in case.events)
         raise InputError(f"this case has several events; choose one with --event: {names}")
@@ -140,65 +159,7 @@ def _words_of_a_new_session(request: RunRequest) -> list[str]:
         "--prompt": request.prompt,
         "--object": request.objects,
         "--annotation": request.annotation,
+        "--horizon": request.horizon,
         "--lessons": request.lessons,
     }
-    return [option for option, value in options.items() if value]
-
-
-def is_plain(report: dict[str, Any]) -> bool:
-    """Whether every clause is tested, every word understood, and nothing in it doubted."""
-    return not report["untested"] and not report["not_understood"] and not report["doubts"]
-
-
-def _again(report: dict[str, Any]) -> str:
-    """What to say of boxes where some of what is asked about has none."""
-    if not any(one["helps"].startswith("draw a box") for one in report["doubts"]):
-        return ""
-    return (
-        ' or run again with a box around it (--object "name@x0,y0,x1,y1", in a case.yaml `box: [x0,'
-        " y0, x1, y1]`),"
-    )
-
-
-def _print(report: dict[str, Any], state: LoopState, as_json: bool, *, asked: bool) -> None:
-    if as_json:
-        output.print_json(report)
-        return
-    best = state.best or state.current
-    if best and best.assessment:
-        output.print_checks(best.assessment.checks)
-    if report.get("left_out"):
-        typer.echo(f"of the configuration not taken over: {', '.join(report['left_out'])}")
-    for key in ("diagnosis", "untested"):
-        for text in report[key]:
-            typer.echo(f"{key}: {text}")
-    if report["not_understood"]:
-        typer.echo(f"not understood: {'; '.join(report['not_understood'])}")
-    for use in report["learned"]:
-        if use["failed"]:
-            typer.echo(f"{use['model']} is not used: {use['failed']}")
-    for doubt in report["doubts"]:
-        if doubt["kind"] != "word":
-            typer.echo(f"doubt: {doubt['text']}{HOW if doubt['kind'] == 'camera' else ''}")
-    for picture in report.get("pictures", ()):
-        typer.echo(f"its candidates: {picture}")
-    if asked:
-        typer.echo(
-            f"waiting for your word: physagent studio {report['session']};{_again(report)} or run"
-            " again with --yes to go on as it is"
-        )
-        return
-    if waiting := waits_for(state):
-        typer.echo(f"waiting for {waiting}: physagent studio {report['session']}")
-    word = "realised" if report["realised"] else f"not realised ({report['outcome']})"
-    if report["realised"] and not is_plain(report):
-        word += f", {IN_DOUBT},"
-    typer.echo(
-        f"{word} after {output.count(report['rounds'], 'round')}, "
-        f"{output.count(report['simulations'], 'simulation')}, "
-        f"{report['seconds']:.1f} s · session {report['session']}"
-    )
-    typer.echo(
-        f"look at it: physagent studio {report['session']} · "
-        f"video: physagent render {report['session']} --out clip.mp4"
-    )
+    return [option for option, value in options.items() if value not in (None, "", ())]

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 from physagent_studio.cli.early import IMAGES, there
 from physagent_studio.cli.marks import parse_objects
 from physagent_studio.errors import InputError
 from physagent_studio.exchange import load_case
+from physagent_studio.exchange.case_clicks import too_far
+from physagent_studio.reconstruction import reduction_of
 from physagent_studio.records import Case
 from physagent_studio.workbench.naming import case_in_words, with_proposals
 
@@ -38,3 +41,15 @@ def case_of(
     if not prompt.strip():
         raise InputError('an image needs the event in words: --prompt "the ball falls"')
     return case_in_words(path, prompt, parse_objects(objects), ask=ask)
+
+
+def with_horizon(case: Case, target: str, row: float | None) -> Case:
+    """The case with the row of its horizon as `--horizon` says it, in pixels of the file."""
+    if row is None:
+        return case
+    if case.image is None:
+        raise InputError(f"--horizon goes with a photo; {target} has none")
+    row /= reduction_of(target) if Path(target).suffix.lower() in IMAGES else 1
+    if too_far(row, case.image.shape[0]):
+        raise InputError(f"--horizon {row:g} is too far from the picture")
+    return replace(case, horizon=row, roll=0.0)

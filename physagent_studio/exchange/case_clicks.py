@@ -86,7 +86,7 @@ def horizon_of(reader: CaseReader, size: tuple[int, int]) -> StatedHorizon | Non
         return None
     if not isinstance(data, list):
         row = reader.number(place, data)
-        if abs(row - size[1] / 2) > 10 * size[1]:
+        if too_far(row, size[1]):
             raise reader.fail(place, f"the horizon at row {row:g} is too far from the picture")
         return StatedHorizon(row)
     clicks = _clicks(reader, place, data, size)
@@ -103,6 +103,11 @@ def horizon_of(reader: CaseReader, size: tuple[int, int]) -> StatedHorizon | Non
             place, f"the horizon is tilted by {abs(roll):.0f}°; at most {STEEPEST:.0f}° are allowed"
         )
     return StatedHorizon(row, roll)
+
+
+def too_far(row: float, height: int) -> bool:
+    """Whether a row, pixels, cannot be the horizon of a picture of that height."""
+    return not abs(row - height / 2) <= 10 * height
 
 
 def _roll(clicks: Sequence[tuple[float, float]], width: int) -> float:

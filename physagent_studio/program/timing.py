@@ -22,6 +22,8 @@ ENGINE_STEP = 1e-3
 """Longest step of the physics engine, s."""
 STEP = 0.01
 """Control step that a clip keeps as near to as it can, s."""
+SAME = 0.005
+"""Time factors that differ by less than this part are one."""
 PACE = ("clip.step_seconds", "clip.steps_per_frame")
 """Paths that hold a clip's time factor: pinned where a person sets it."""
 
@@ -34,6 +36,21 @@ def timing_of(clip: Clip) -> dict[str, float]:
         "simulated_seconds": round(clip.seconds, 6),
         "playback_fps": clip.playback_fps,
     }
+
+
+def pace_in_words(factor: float) -> str:
+    """`0.4 × real time`; less than 1 is slow motion."""
+    return "real time" if abs(factor - 1) < SAME else f"{float(f'{factor:.2g}'):g} × real time"
+
+
+def length_in_words(clip: Clip) -> str:
+    """How long the clip is shown, and what that is in the scene's own time."""
+    shown = clip.seconds / clip.time_factor
+    text = f"{shown:.3g} s at {clip.playback_fps:.3g} frames a second"
+    slow = abs(clip.time_factor - 1) >= SAME
+    return f"{text}, {pace_in_words(clip.time_factor)}" + (
+        f": {clip.seconds:.3g} s of the event" if slow else ""
+    )
 
 
 def clip_at(clip: Clip, factor: float) -> Clip:

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from physagent_studio.program.scene.state import Click
 from physagent_studio.records.case import Image
@@ -41,6 +42,24 @@ def marked(pixels: Image, clicks: Sequence[tuple[str, Click]]) -> Image:
                 cv2.drawMarker(canvas, centre, colour, cv2.MARKER_TILTED_CROSS, 2 * radius, width)
         if click.label:
             written(canvas, name, (centre[0] + radius + 2, centre[1] - radius), 0.45 * size)
+    return canvas
+
+
+def outlined(pixels: Image, masks: Mapping[str, NDArray[np.bool_]]) -> Image:
+    """A copy with the outline of each mask (H, W) drawn over it, and its name where it begins."""
+    canvas = np.ascontiguousarray(pixels).copy()
+    size = max(pixels.shape[:2]) / 800
+    thin = max(1, round(1.5 * size))
+    for mask in masks.values():
+        found, _ = cv2.findContours(mask.astype(np.uint8), cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)
+        for colour, width in (((0, 0, 0), thin + 2), ((255, 230, 0), thin)):
+            cv2.drawContours(canvas, found, -1, colour, width, cv2.LINE_AA)
+    for name, mask in masks.items():
+        rows, columns = np.nonzero(mask)
+        if rows.size:
+            top = int(rows.argmin())
+            place = (int(columns[top]), int(rows[top]) - round(4 * size))
+            written(canvas, name.replace("_", " "), place, 0.5 * size)
     return canvas
 
 

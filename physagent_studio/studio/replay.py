@@ -17,12 +17,11 @@ from physagent_studio.exchange import Replay, ReplayCheck, ReplayRound, replay_h
 from physagent_studio.jobs import hearing
 from physagent_studio.program import PhysicalProgram
 from physagent_studio.program.text.document import dump_program
-from physagent_studio.program.timing import timing_of
+from physagent_studio.program.timing import pace_in_words, timing_of
 from physagent_studio.records import Case, Rollout, Round, Scene
 from physagent_studio.studio.guard import open_server, stop_server
 from physagent_studio.studio.panels.checklist import checklist_of
 from physagent_studio.studio.panels.rounds import OUTCOMES, decided_words, is_gentler, verdict_of
-from physagent_studio.studio.panels.timeline import pace_in_words
 from physagent_studio.studio.panels.words import speaker
 from physagent_studio.studio.scene.cameras import Pose, add_backdrop, pose_of
 from physagent_studio.studio.scene.stage import Hands, Stage

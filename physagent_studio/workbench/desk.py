@@ -20,22 +20,12 @@ from physagent_studio.records import Decision, LoopState, Mesh, Override, Rollou
 from physagent_studio.session import Session
 from physagent_studio.session.session import now
 from physagent_studio.workbench import commands, deciding, mesh_edits, photo_edits
+from physagent_studio.workbench.doing import doing_in
 from physagent_studio.workbench.engine import AgentName, Control, Engine, limits_of
 from physagent_studio.workbench.probing import Probed, probed
 from physagent_studio.workbench.program_texts import read_program
 from physagent_studio.workbench.snapshot import Attempt, Meter
 from physagent_studio.workbench.trial import OnView, Trial
-
-RUNNING = {
-    "generate": "reading the photo and the sentence",
-    "reconstruct": "reconstructing the scene",
-    "simulate": "simulating",
-    "judge": "judging",
-    "propose": "searching for a repair",
-    "ease": "looking for a gentler way",
-    "decide": "deciding",
-}
-"""Phase → what is being done in it."""
 
 
 class Desk:
@@ -141,9 +131,8 @@ class Desk:
         kept = self.state.policy
         while self.state.phase not in ("done", until):
             self.control.check()
-            number = self.state.current.number if self.state.current else 1
-            doing = RUNNING.get(self.state.phase, "working")
-            self.control.progress(f"round {number}: {doing}", None)
+            if doing := doing_in(self.state):
+                self.control.progress(doing, None)
             working = self.state.model_copy(update={"policy": policy or kept})
             after = loop.advance(working, crew, bench)
             if after is working:

@@ -12,7 +12,9 @@ import numpy as np
 
 from physagent_studio.contract import Facts
 from physagent_studio.contract.view import pacing_of
+from physagent_studio.exchange.files import written
 from physagent_studio.records import Check, Doubt, Image, LoopState, Round, Scene, doubts_of
+from physagent_studio.rendering.sheets import outlined
 from physagent_studio.session import Session
 from physagent_studio.session.arrays import png
 from physagent_studio.workbench.desk import Desk
@@ -108,6 +110,20 @@ def save_candidates(desk: Desk, name: str) -> Path:
     path = desk.session.folder / f"candidates_{name}.png"
     path.write_bytes(png(candidates_picture(desk.session.scene(item.scene), name)))
     return path
+
+
+def save_cut_out(desk: Desk, path: Path) -> bool:
+    """Writes the photo with the outline and the name of each thing that was cut out.
+
+    False where nothing was. Raises InputError where it cannot be written.
+    """
+    item = desk.state.best or desk.round
+    scene = desk.session.scene(item.scene) if item is not None and item.scene else None
+    if scene is None or scene.photo is None or not scene.masks:
+        return False
+    with written(path) as partial:
+        partial.write_bytes(png(outlined(scene.photo, scene.masks)))
+    return True
 
 
 def candidates_picture(scene: Scene, name: str) -> Image:

@@ -21,7 +21,8 @@ from physagent_studio.session.session import MESH_SUFFIX
 from physagent_studio.session.standing import interrupted
 from physagent_studio.workbench import commands, tasks
 from physagent_studio.workbench.boundary import guarded
-from physagent_studio.workbench.desk import RUNNING, Desk
+from physagent_studio.workbench.desk import Desk
+from physagent_studio.workbench.doing import RUNNING
 from physagent_studio.workbench.engine import AgentName, Control
 from physagent_studio.workbench.journal import CHANGING, carry_out
 from physagent_studio.workbench.naming import case_in_words, with_proposals
@@ -286,7 +287,10 @@ class Workbench:
             self._notice("warning", f"{session.read_only[0].upper()}{session.read_only[1:]}.")
         elif doing := interrupted(session):
             self._notice(
-                "info", INTERRUPTED.format(what=doing, phase=RUNNING.get(desk.state.phase))
+                "info",
+                INTERRUPTED.format(
+                    what=doing, phase=RUNNING.get(desk.state.phase, desk.state.phase)
+                ),
             )
         if desk.case.image is not None and desk.unprepared:
             self._publish_desk()

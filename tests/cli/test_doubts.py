@@ -71,5 +71,5 @@ def test_a_doubted_camera_says_how_the_horizon_is_given(
     monkeypatch.setattr(reports, "doubts_of", lambda *_: (doubt,))
     place = ("--event", "knocks_block_over", "--rounds", "1", "--workspace", str(tmp_path))
     said = " ".join(CliRunner().invoke(app, ["run", DEMO, *place]).output.split())
-    assert "click the ends of the horizon (in the studio, or as `horizon:" in said
-    assert "for --annotation" in said
+    assert "click the ends of the horizon (in the studio), or give its row" in said
+    assert "--horizon ROW" in said

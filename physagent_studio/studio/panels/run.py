@@ -6,12 +6,13 @@ from collections.abc import Sequence
 from typing import Any
 
 from physagent_studio.agent.by_hand import turn_of
+from physagent_studio.program.timing import length_in_words
 from physagent_studio.records import doubts_of
 from physagent_studio.session.standing import IN_DOUBT
 from physagent_studio.studio.library import Output
 from physagent_studio.studio.panels.rounds import OUTCOMES, RECENT
-from physagent_studio.studio.panels.timeline import length_in_words
 from physagent_studio.workbench import Snapshot, Spending
+from physagent_studio.workbench.doing import STEPS
 
 PHASES = {
     "generate": "ready to start",
@@ -30,16 +31,6 @@ TURNS = {
     "planner": "your turn: change the program, then run it",
 }
 """What a person is to do in a role of theirs."""
-STEPS = {
-    "masks": "finding the outlines of things",
-    "camera": "finding where the camera stood",
-    "supports": "finding what things stand on",
-    "objects": "building the things",
-    "textures": "taking their looks from the photo",
-    "background": "filling in what is behind them",
-    "checks": "holding the scene against the photo",
-}
-"""Steps of a reconstruction, as a person is told of them."""
 
 
 def state_of(snapshot: Snapshot, outputs: Sequence[Output] = ()) -> dict[str, Any]:

@@ -17,7 +17,7 @@ from physagent_studio.program.actions import (
     SetPosition,
     SetVelocity,
 )
-from physagent_studio.program.timing import PACE
+from physagent_studio.program.timing import PACE, SAME, length_in_words, pace_in_words
 from physagent_studio.records import ActionSpan, Check, Rollout
 from physagent_studio.studio.panels.words import DIRECTED_UNITS, OPERATORS, number, plain, unit_of
 from physagent_studio.studio.scene.places import colours_of
@@ -25,8 +25,6 @@ from physagent_studio.workbench import Snapshot
 
 KEPT = 4
 """Rollouts whose pacing is remembered: going back and forth between rounds costs nothing."""
-SAME = 0.005
-"""Time factors that differ by less than this part are one."""
 OFFERED = ((1.0, "real time"), (1 / 2, "1/2"), (1 / 3, "1/3"), (1 / 4, "1/4"))
 """Time factors to choose from, in words."""
 
@@ -47,23 +45,6 @@ class Pacings:
         found = pacing_of(Facts.of(program, rollout))
         self._kept = [(program, rollout, found), *self._kept[: KEPT - 1]]
         return found
-
-
-def pace_in_words(factor: float) -> str:
-    """`0.4 × real time`; less than 1 is slow motion."""
-    return (
-        "real time" if abs(factor - 1) < SAME else f"{number(float(f'{factor:.2g}'))} × real time"
-    )
-
-
-def length_in_words(clip: Clip) -> str:
-    """How long the clip is shown, and what that is in the scene's own time."""
-    shown = clip.seconds / clip.time_factor
-    text = f"{number(shown)} s at {number(clip.playback_fps)} frames a second"
-    slow = abs(clip.time_factor - 1) >= SAME
-    return f"{text}, {pace_in_words(clip.time_factor)}" + (
-        f": {number(clip.seconds)} s of the event" if slow else ""
-    )
 
 
 def pace_of(

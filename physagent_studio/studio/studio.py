@@ -231,8 +231,7 @@ class Studio:
         whole = round(seconds * pace)
         if whole == 0:
             return seconds
-        self.view = advance(before, clip, seconds)
-        self.painter.move(self.snapshot, self.view)
+        self.set_view(advance(before, clip, seconds))
         return seconds - whole / pace
 
     def _handle(self, batch: list[_Heard | _Call | Snapshot]) -> None:
@@ -299,7 +298,7 @@ class Studio:
         """Takes over a view and draws what it changes."""
         old, self.view = self.view, view
         if (
-            old.shown != view.shown
+            (old.shown, old.drawn) != (view.shown, view.drawn)
             or old.selection != view.selection
             or old.compare != view.compare
             or old.hidden != view.hidden

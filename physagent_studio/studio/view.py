@@ -9,7 +9,9 @@ from dataclasses import dataclass, replace
 
 from physagent_studio.program import Clip
 
-SHOWN_AT_FIRST = frozenset({"photo", "supports", "trails", "ghosts", "labels"})
+SHOWN_AT_FIRST = frozenset({"photo", "supports", "trails", "ghosts", "labels", "clean"})
+DRAWN_OVER = frozenset({"supports", "labels"})
+"""What is drawn over the photo and, with paths and ghosts, not while a clean clip plays."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,6 +55,16 @@ class View:
     def with_shown(self, what: str, on: bool) -> View:
         """The same view with one switch set."""
         return replace(self, shown=self.shown | {what} if on else self.shown - {what})
+
+    @property
+    def is_clean(self) -> bool:
+        """Whether nothing is to be drawn over the picture: it plays, and `clean` is chosen."""
+        return self.playing and "clean" in self.shown
+
+    @property
+    def drawn(self) -> frozenset[str]:
+        """The switches that count now."""
+        return self.shown - DRAWN_OVER if self.is_clean else self.shown
 
     def range(self, clip: Clip) -> tuple[int, int]:
         """First and last step of what is played."""

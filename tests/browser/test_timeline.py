@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from playwright.sync_api import expect
 
+from physagent_studio.program import AddItem
 from physagent_studio.program.text.document import load_program
 from physagent_studio.program.timing import PACE
 from physagent_studio.workbench import commands
@@ -46,6 +47,30 @@ def _drag(desk: Desk, x: float, y: float, by: float) -> None:
     mouse.down()
     mouse.move(x + by, y, steps=8)
     mouse.up()
+
+
+def test_bars_too_short_for_their_words_share_some(waiting: Desk) -> None:
+    action = waiting.snapshot.program.event.actions[0]
+    push = {"operator": "ApplyForce", "name": action.name, "force": [1.0, 0.0, 0.0], "duration": 2}
+    add = [
+        AddItem(path="event.actions", item=push | {"id": f"short_{at}", "start_step": at})
+        for at in (200, 212, 224)
+    ]
+    waiting.workbench.post(commands.ApplyEdits(tuple(add), "short ones"))
+    last = waiting.page.locator(".tl [data-action=short_224]")
+    expect(last).to_be_visible()
+    expect(last.locator("text")).to_have_text("3 × Push")
+    expect(waiting.page.locator(".tl [data-action=short_200] text")).to_have_text("")
+
+
+def test_what_can_be_selected_is_listed_where_nothing_is(waiting: Desk) -> None:
+    page, name = waiting.page, waiting.snapshot.program.scene.objects[0].name
+    listed = page.locator("#page-inspector").get_by_role("button").first
+    expect(listed).to_contain_text(name.replace("_", " "))
+    listed.focus()
+    page.keyboard.press("Enter")
+    waiting.until(lambda: waiting.studio.view.selection.name == name, "the selection")
+    expect(page.locator("#page-inspector .title")).to_have_text(name.replace("_", " "))
 
 
 def test_drag_a_bar_and_resize_it(waiting: Desk) -> None:

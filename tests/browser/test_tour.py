@@ -49,6 +49,16 @@ def test_five_steps_by_keyboard_and_never_again(first: Desk) -> None:
     expect(card).to_have_count(0)
 
 
+def test_no_step_lies_over_what_tells_of_the_work(first: Desk) -> None:
+    page, run = first.page, first.box(first.page.locator("#run"))
+    for step in range(1, 6):
+        card = first.box(page.get_by_role("dialog", name=f"Tour, step {step} of 5"))
+        beside = card["x"] + card["width"] <= run["x"] or run["x"] + run["width"] <= card["x"]
+        above = card["y"] + card["height"] <= run["y"] or run["y"] + run["height"] <= card["y"]
+        assert beside or above
+        page.keyboard.press("ArrowRight")
+
+
 def test_the_tour_stands_in_nobody_s_way(first: Desk) -> None:
     page = first.page
     card = page.get_by_role("dialog", name=re.compile("^Tour"))

@@ -38,6 +38,8 @@ def test_the_verdict_comes_first_and_then_only_what_fails(tmp_path: Path) -> Non
     # At what pace it is shown.
     assert "clip: 3.2 s at 25 frames a second, real time" in result.stdout
     picture, photo = (cv2.imread(str(p)) for p in (tmp_path / "masks.png", PHOTO))
+    assert picture is not None
+    assert photo is not None
     assert picture.shape == photo.shape
     assert (picture != photo).any()
 

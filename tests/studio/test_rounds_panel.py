@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 
 from physagent_studio.assets import assets_dir
+from physagent_studio.contract.view.basics import VIEW_CODES
 from physagent_studio.program import (
     Clause,
     PhysicalProgram,
@@ -46,10 +47,12 @@ from physagent_studio.studio.panels.rounds import (
     _changes as changes_of,
 )
 from physagent_studio.studio.panels.words import (
+    UNSEEN,
     criterion_row,
     edit_row,
     figure,
     speaker,
+    unseen,
     without_paths,
 )
 from physagent_studio.workbench import Snapshot, Workbench, commands
@@ -129,7 +132,34 @@ def test_what_two_clauses_ask_alike_stands_once() -> None:
 def test_what_an_event_is_judged_by_is_said_in_plain_words() -> None:
     rows = [criterion_row(Criterion(name=one, ok=False, reason="it slides")) for one in CRITERIA]
     assert all(row["name"] not in CRITERIA for row in rows)
-    assert rows[-1]["reason"] == "things turn, tip and bend as they should: it slides"
+    assert rows[-1] == {
+        "name": "Do things turn, tip and bend as they should?", "ok": False, "reason": "it slides",
+    }  # fmt: skip
+    seen = criterion_row(Criterion(name=CRITERIA[0], ok=False, reason="short"), seen_only=True)
+    assert seen["name"] == "Can a viewer see it well?"
+
+
+@pytest.mark.parametrize(
+    ("rule", "figures", "said"),
+    [
+        ("fills", (0.2, 0.45), "too short to see"),
+        ("fills", (0.98, 0.9), "not over when the clip ends"),
+        ("pace.ball", (0.09, 0.04), "too fast to follow"),
+        ("something_new", (0.0, 1.0), "not well seen"),
+    ],
+)
+def test_what_a_viewer_cannot_see_is_said(
+    rule: str, figures: tuple[float, float], said: str
+) -> None:
+    measured, threshold = figures
+    one = _check(id=f"view.{rule}", kind="view", measured=measured, threshold=threshold)
+    held = _check(id="view.calm", kind="view", ok=True)
+    assert unseen((held, one)) == said
+    assert unseen((held,)) == ""
+
+
+def test_every_rule_of_the_view_has_its_words() -> None:
+    assert set(VIEW_CODES) <= set(UNSEEN)
 
 
 def test_what_serves_another_demand_is_folded_under_it() -> None:

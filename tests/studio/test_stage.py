@@ -109,6 +109,25 @@ def test_what_collides_is_shown_when_asked_for(
     assert "/collisions/ball" not in _nodes(server)
 
 
+def test_nothing_is_drawn_over_a_clip_that_plays(
+    stage: Stage, server: viser.ViserServer, snapshot: Snapshot
+) -> None:
+    kinds = ("/supports/floor", "/objects/label ball", "/trails/now/")
+
+    def drawn(view: View) -> set[bool]:
+        stage.draw(snapshot, view, None)
+        over = [name for name in _nodes(server) if name.startswith(kinds)]
+        assert {kind for kind in kinds for name in over if name.startswith(kind)} == set(kinds)
+        return {_node(server, name).visible for name in over}
+
+    assert drawn(View()) == {True}
+    assert drawn(View(step=8, playing=True)) == {False}
+    assert _node(server, "/objects/ball").visible
+    assert drawn(View(step=8, playing=True).with_shown("clean", False)) == {True}
+    assert drawn(View(step=12, playing=True)) == {False}
+    assert drawn(View(step=16)) == {True}
+
+
 def test_what_is_held_says_so(stage: Stage, server: viser.ViserServer, snapshot: Snapshot) -> None:
     assert held_at(snapshot, 10) == {"ball"}
     assert held_at(snapshot, 25) == frozenset()

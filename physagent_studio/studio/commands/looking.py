@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 ViewOption = Literal[
     "photo", "supports", "frustum", "gravity", "axes", "labels", "trails", "ghosts", "contacts",
-    "forces", "centres", "collisions", "gizmo",
+    "forces", "centres", "collisions", "gizmo", "clean",
 ]  # fmt: skip
 Selectable = Literal[
     "object", "support", "landmark", "action", "statement", "camera", "clip", "none"

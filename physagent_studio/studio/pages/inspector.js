@@ -18,8 +18,19 @@ export function startInspector(host) {
   let data = null;
   const show = () => data && draw(host, page());
 
+  // Nothing is selected: all that can be.
+  function nothing() {
+    const row = (kind, name, text, note) => h("button", { class: "b quiet row", type: "button", key: `${kind} ${name}`, style: "text-align:left", title: "Show its numbers", onclick: () => send({ do: "select", kind, name }) }, h("span", { class: "grow" }, text), note ? h("span", { class: "chip" }, note) : null);
+    const named = (name) => name.replaceAll("_", " ");
+    const things = (value("scene")?.things || []).filter((one) => one.kind !== "landmark"), lanes = value("timeline")?.lanes || [];
+    const acting = lanes.flatMap((lane) => lane.actions.map((one) => row("action", one.id, one.label, named(lane.name))));
+    return [h("p", { class: "muted" }, "Choose something here, in the scene, on the timeline or in the photo to see and change its numbers."),
+      things.length ? [h("div", { class: "head" }, "Things"), h("div", { class: "stack", style: "gap:2px" }, things.map((one) => row(one.kind, one.name, named(one.name), named(one.material))))] : null,
+      acting.length ? [h("div", { class: "head" }, "What acts on them"), h("div", { class: "stack", style: "gap:2px" }, acting)] : null];
+  }
+
   function page() {
-    if (data.kind === "none") return [h("p", { class: "muted" }, "Click an object in the scene, a bar in the timeline or an outline in the photo to see and change its numbers.")];
+    if (data.kind === "none") return nothing();
     return [
       h("div", { class: "row" }, h("div", { class: "title grow" }, data.kind === "action" ? `${data.title} · ${data.name.replaceAll("_", " ")}` : data.title || data.name),
         ["action", "statement", "object", "support"].includes(data.kind) && !data.readOnly ? button("Delete", () => send({ do: "remove", path: data.path }), { class: "b quiet small bad" }) : null),
@@ -239,4 +250,5 @@ export function startInspector(host) {
   }
 
   on("inspector", (next) => { data = next; show(); });
+  for (const listed of ["scene", "timeline"]) on(listed, () => { if (data?.kind === "none") show(); });
 }

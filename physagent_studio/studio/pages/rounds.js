@@ -131,11 +131,11 @@ export function startRounds(host, dock, { showRounds, showPlots, showPhoto }) {
   }
 
   function row(r) {
-    const words = r.stage === "reconstruction" ? (r.verdict === "failed" ? "scene does not match" : r.shown && doubtful() ? "scene to be checked" : "scene matches the photo") : r.checks ? `${r.realised} of ${r.checks}${r.unseen && r.realised === r.checks ? ", not well seen" : ""}` : r.stage ? "nothing is demanded" : "in progress";
+    const words = r.stage === "reconstruction" ? (r.verdict === "failed" ? "scene does not match" : r.shown && doubtful() ? "scene to be checked" : "scene matches the photo") : r.checks ? (r.unseen && r.realised === r.checks ? `it happens, but: ${r.unseen}` : `${r.realised} of ${r.checks} demands hold`) : r.stage ? "nothing is demanded" : "in progress";
     return h("div", { class: "row", role: "listitem", key: r.id, style: `padding-left:${r.depth * 14}px;gap:2px` },
       h("button", { class: `r grow${r.shown ? " on" : ""}${r.onPath ? "" : " off"}`, type: "button", title: r.factor ? `Proposed to change: ${r.factor}` : "", onclick: () => send({ do: "round", id: r.head ? null : r.id }) },
         h("span", { class: `dot ${r.verdict}` }, MARK[r.verdict]),
-        h("span", { class: "grow" }, h("b", {}, `Round ${r.number}`), h("span", { class: "muted", title: r.checks ? `demands that hold${r.unseen ? `; a viewer misses something: ${say(r.unseen, "check")}` : ""}` : "" }, ` · ${words}`), r.overruled ? h("span", { class: "muted" }, " · overruled") : null),
+        h("span", { class: "grow" }, h("b", {}, `Round ${r.number}`), h("span", { class: "muted", title: r.checks ? `${r.realised} of ${r.checks} demands of the sentence hold` : "" }, ` · ${words}`), r.overruled ? h("span", { class: "muted" }, " · overruled") : null),
         r.decided ? h("span", { class: "chip", title: `by ${r.by}` }, r.decided) : null,
         r.best && data.rounds.length > 1 ? h("span", { class: "chip ok" }, "best") : null),
       r.shown || data.rounds.length < 2 ? null
@@ -151,7 +151,7 @@ export function startRounds(host, dock, { showRounds, showPlots, showPhoto }) {
     const unseen = !stage && !shown.override && data.checks.every((c) => c.ok || c.part || c.group === "view");
     const sure = !data.doubts.some((one) => one.kind === "mask");
     const told = !data.notUnderstood.length && !data.untested.length;
-    const said = good ? `The event happens${sure ? "" : ", if the masks are right"}${told ? "" : ", as far as it is tested"}` : stage ? "The scene does not match the photo" : unseen ? "It happens, but a viewer cannot see it well" : "The event does not happen yet";
+    const said = good ? `The event happens${sure ? "" : ", if the masks are right"}${told ? "" : ", as far as it is tested"}` : stage ? "The scene does not match the photo" : unseen ? `It happens, but: ${shown.unseen || "not well seen"}` : "The event does not happen yet";
     return h("div", { style: "margin-top:14px" },
       h("div", { class: "row" },
         h("span", { class: "title grow" }, said),
@@ -189,8 +189,7 @@ export function startRounds(host, dock, { showRounds, showPlots, showPhoto }) {
         notes.map((one) => h("li", {}, one.text.replace(` ${moment(one.frame)}`, ""), " ", one.frame === null ? null : h("button", { class: "link num", type: "button", onclick: () => scrub(one.frame) }, moment(one.frame)))),
         findings.map((one) => h("li", {}, one.text))),
       clauses.length ? [h("div", { class: "head" }, shown.judge ? `What ${shown.judge} saw` : "Clause by clause"), h("ul", { class: "stack", "aria-label": "Clause by clause" }, clauses.map((one) => h("li", { class: "row top" }, h("span", { class: `dot ${one.ok ? "ok" : "bad"}` }, one.ok ? "✓" : "✕"), h("span", {}, h("b", {}, one.name), one.reason ? h("span", { class: "muted" }, `: ${one.reason}`) : null))))] : null,
-      criteria.length ? h("div", { class: "row wrap", style: "margin-top:8px;gap:4px" }, h("span", { class: "muted", style: "font-size:12px", title: "✓ all that is demanded of it holds; ✕ something does not" }, "Judged by"),
-        criteria.map((one) => h("span", { class: `chip ${one.ok ? "ok" : "bad"}`, title: `${one.ok ? "It holds" : "It does not hold"} that ${one.reason}` }, `${one.ok ? "✓" : "✕"} ${one.name}`))) : null);
+      criteria.length ? [h("div", { class: "head" }, "Judged by"), h("ul", { class: "stack", "aria-label": "Judged by" }, criteria.map((one) => h("li", { class: "row top" }, h("span", { class: `dot ${one.ok ? "ok" : "bad"}` }, one.ok ? "✓" : "✕"), h("span", {}, one.name, h("span", { class: "muted" }, ` ${one.ok ? "Yes" : "No"}${one.ok || !one.reason ? "" : `: ${one.reason}`}`)))))] : null);
   }
 
   function comparison(c) {

@@ -9,6 +9,7 @@ const TIPS = {
   ghosts: "Where things go in other rounds, as shades (G)", trails: "The ways that things take, as lines", forces: "What pushes, and how fast things go (V)",
   supports: "The ground, tables and ramps", labels: "What things are called", centres: "Where the weight of a thing is as if in one point",
   collisions: "The shapes that the physics works with, as wire", frustum: "Where the photo was taken from", gravity: "Which way things fall", axes: "Right, away from the camera, up",
+  clean: "While it plays, nothing is drawn over the picture: no grid, names, paths or ghosts",
   contacts: "Where things touch, and how hard (C)", gizmo: "Handles to move, turn and scale what is selected (M)",
 };
 const VIEWS = [["photo", "Photo"], ["front", "Front"], ["side", "Side"], ["top", "Top"]];
@@ -73,7 +74,7 @@ export function startScene(host, bar, banner, meshFile, inspect) {
       data.flags.length ? [h("div", { class: "head" }, "Assumed"), data.flags.map((one) => h("p", { class: "muted" }, one))] : null);
     draw(bar,
       h("div", { class: "pill" }, VIEWS.map(([view, text]) => h("button", { type: "button", title: TIPS[view], onclick: () => send({ do: "look", view }) }, text)), h("button", { type: "button", title: "Frame the selection (F)", onclick: () => send({ do: "look", view: "selection" }) }, "Selection")),
-      h("div", { class: "pill" }, [["ghosts", "Ghosts"], ["trails", "Paths"], ["forces", "Forces"], ["contacts", "Contacts"], ["gizmo", "Move"]].map(([what, text]) => {
+      h("div", { class: "pill" }, [["clean", "Clean"], ["ghosts", "Ghosts"], ["trails", "Paths"], ["forces", "Forces"], ["contacts", "Contacts"], ["gizmo", "Move"]].map(([what, text]) => {
         const one = data.switches.find((item) => item.what === what);
         return one ? h("button", { type: "button", title: TIPS[what], "aria-pressed": String(one.on), onclick: () => send({ do: "show", what, on: !one.on }) }, text) : null;
       })));

@@ -152,10 +152,10 @@ export function startTimeline(host, inspect) {
   }
 
   function laneOf(lane, at, selected) {
-    const y = tops[at];
+    const y = tops[at], beside = besides(lane);
     return h("g", { "data-lane": lane.name, key: `lane ${lane.name}` },
       h("g", { key: "contacts" }, lane.contacts.map((one) => h("circle", { class: "contact", cx: x(one.step), cy: y + tall(at) - 3, r: 2 }, h("title", {}, `Touches ${one.with.replaceAll("_", " ")} at ${seconds(one.step)}`)))),
-      lane.actions.map((one) => actionOf(one, y + rowOf(one.id), selected, lane)),
+      lane.actions.map((one) => actionOf(one, y + rowOf(one.id), selected, beside)),
       lane.leaves ? leaving(lane.leaves, y) : null,
       h("rect", { x: box.scrollLeft, y, width: gutter() - 4, height: tall(at), fill: "var(--panel)" }),
       h("rect", { class: "tint", x: box.scrollLeft + 8, y: y + 8.500, width: 9, height: 9, rx: 2, fill: `rgb(${lane.colour.join(" ")})` }),
@@ -171,7 +171,29 @@ export function startTimeline(host, inspect) {
     return (next.length ? x(Math.min(...next)) : gutter() + width() + 18) - right;
   }
 
-  function actionOf(one, y, selected, lane) {
+  // Words beside short bars: where those of one do not fit, one text behind the next says both: "2 × Push".
+  const verb = (one) => one.label.replace(/( to)? [−\d].*$/, "");
+  const counted = (crowd) => crowd.reduce((told, one) => (told.at(-1)?.text === verb(one) ? (told.at(-1).many++, told) : [...told, { text: verb(one), many: 1 }]), []).map(({ text, many }) => (many > 1 ? `${many} × ${text}` : text)).join(", ");
+  const ends = (one) => (one.instant ? x(one.start) + 12 : x(one.start + one.duration) + 5);
+  const inside = (one) => !one.instant && x(one.start + one.duration) - x(one.start) > 6.6 * one.label.length + 12;
+  function besides(lane) {
+    const found = new Map();
+    for (const level of new Set(lane.actions.map((one) => rowOf(one.id)))) {
+      let crowd = [];
+      const row = lane.actions.filter((one) => rowOf(one.id) === level).sort((a, b) => a.start - b.start);
+      for (const [at, one] of row.entries()) {
+        if (inside(one)) { crowd = []; continue; }
+        crowd.push(one);
+        const text = crowd.length > 1 ? counted(crowd) : one.label, room = roomAfter(one, ends(one), lane);
+        if (6.6 * text.length > room && row[at + 1] && !inside(row[at + 1])) continue;
+        found.set(one.id, shortened(text, room));
+        crowd = [];
+      }
+    }
+    return found;
+  }
+
+  function actionOf(one, y, selected, beside) {
     const mine = drag && drag.id === one.id ? drag : one;
     const left = x(mine.start), right = x(mine.start + mine.duration), color = COLORS[one.kind] || "#888";
     const on = selected.kind === "action" && selected.name === one.id;
@@ -179,10 +201,8 @@ export function startTimeline(host, inspect) {
     const body = one.instant
       ? h("path", { class: "body", d: `M${left} ${y + 4}l8 8.500l-8 8.500l-8 -8.500z`, fill: color })
       : h("rect", { class: "body", x: left, y: y + 3, width: Math.max(7, right - left), height: LANE - 7, rx: 4, fill: color });
-    const text = one.instant
-      ? h("text", { x: left + 12, y: y + 17, style: "fill:var(--text)" }, shortened(one.label, roomAfter(one, left + 12, lane)))
-      : right - left > 6.6 * one.label.length + 12 ? h("text", { x: left + 7, y: y + 16 }, one.label)
-        : h("text", { x: right + 5, y: y + 16, style: "fill:var(--text)" }, shortened(one.label, roomAfter(one, right + 5, lane)));
+    const text = inside(mine === one ? one : { ...one, ...mine }) ? h("text", { x: left + 7, y: y + 16 }, one.label)
+      : h("text", { x: one.instant ? left + 12 : right + 5, y: y + (one.instant ? 17 : 16), style: "fill:var(--text)" }, beside.get(one.id) || "");
     return h("g", { key: one.id, class: `act ${on ? "on" : ""} ${one.muted ? "muted" : ""} ${one.never ? "never" : ""}`, "data-action": one.id, "data-start": mine.start, "data-duration": mine.duration,
       tabindex: 0, role: "button", "aria-label": title, onpointerdown: (e) => startDrag(e, one, "move"), onkeydown: (e) => keys(e, one),
       oncontextmenu: (e) => { e.preventDefault(); openMenu(e, actionItems(one)); } },

@@ -37,13 +37,14 @@ export function startTour(ready) {
     go(0);
   };
 
-  // Beside the part that is spoken of, inside the window.
+  // Beside the part that is spoken of, inside the window, and never over what tells of the work.
   function place(box) {
     const wide = Math.min(340, innerWidth - 24), gap = 14, high = 190;
-    if (box.right + gap + wide < innerWidth) return { left: box.right + gap, top: Math.min(box.top + 24, innerHeight - high - 12) };
-    if (box.left - gap - wide > 0) return { left: box.left - gap - wide, top: Math.max(12, Math.min(box.top + 24, innerHeight - high - 12)) };
-    if (box.top > high + gap) return { left: box.left + Math.max(0, (box.width - wide) / 2), top: box.top - high - gap };
-    return { left: box.left + (box.width - wide) / 2, top: box.top + Math.max(60, (box.height - high) / 2) };
+    const beside = Math.max(12, Math.min(box.top + 24, innerHeight - high - 12)), middle = box.left + Math.max(0, (box.width - wide) / 2);
+    const run = document.getElementById("run").getBoundingClientRect();
+    const covers = ({ left, top }) => left < run.right && left + wide > run.left && top < run.bottom && top + high > run.top;
+    const places = [{ left: box.right + gap, top: beside }, { left: box.left - gap - wide, top: beside }, { left: middle, top: box.top - high - gap }, { left: middle, top: box.bottom - high - 24 }];
+    return places.find((one) => one.left >= 0 && one.left + wide < innerWidth && one.top >= 0 && one.top + high < innerHeight && !covers(one)) || places.at(-1);
   }
 
   function pressed(event) {

@@ -10,7 +10,7 @@ from physagent_studio.agent.loop import EASING
 from physagent_studio.agent.rules.planner.wording import apart_from_pace
 from physagent_studio.program import AddItem, PhysicalProgram
 from physagent_studio.program.timing import PACE
-from physagent_studio.records import Assessment, LoopState, Proposal, Round, doubts_of
+from physagent_studio.records import LoopState, Proposal, Round, doubts_of
 from physagent_studio.records.loop_state import best_of
 from physagent_studio.studio.panels.checklist import (
     checklist_of,
@@ -28,6 +28,7 @@ from physagent_studio.studio.panels.words import (
     place,
     plain,
     speaker,
+    unseen,
 )
 from physagent_studio.studio.site import strip_of
 from physagent_studio.workbench import Snapshot
@@ -217,7 +218,7 @@ def _row(
         "stage": "" if assessment is None else assessment.stage,
         "realised": sum(check.ok for check in demands),
         "checks": len(demands),
-        "unseen": _unseen(assessment),
+        "unseen": unseen(() if assessment is None else assessment.checks),
         "factor": _spoken(item.proposal.factor) if item.proposal else "",
         "decided": decided_words(item),
         "by": item.decision.author if item.decision else "",
@@ -226,12 +227,6 @@ def _row(
         "onPath": item.id in on_path,
         "best": best is not None and item.id == best.id,
     }
-
-
-def _unseen(assessment: Assessment | None) -> int:
-    """How many checks of what a viewer sees fail."""
-    checks = () if assessment is None else assessment.checks
-    return sum(check.kind == "view" and not check.ok for check in checks)
 
 
 def decided_words(item: Round) -> str:
@@ -264,7 +259,7 @@ def _details(item: Round, snapshot: Snapshot) -> dict[str, Any]:
         "strip": strip_of(item),
         "criteria": []
         if assessment is None
-        else [criterion_row(one) for one in assessment.criteria],
+        else [criterion_row(one, seen_only=_seen_only(item)) for one in assessment.criteria],
         "diagnosis": []
         if assessment is None
         else [
@@ -277,8 +272,15 @@ def _details(item: Round, snapshot: Snapshot) -> dict[str, Any]:
         ],
         "findings": _findings(item, snapshot),
         "override": None if override is None else plain(override),
+        "unseen": unseen(() if assessment is None else assessment.checks),
         "changes": _changes(item, snapshot.state),
     }
+
+
+def _seen_only(item: Round) -> bool:
+    """Whether nothing of a round fails but what a viewer sees."""
+    failing = [c for c in (item.assessment.checks if item.assessment else ()) if not c.ok]
+    return all(one.kind == "view" for one in failing if one.demanded)
 
 
 def _changes(item: Round, loop: LoopState) -> list[dict[str, Any]]:

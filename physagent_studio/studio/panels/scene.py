@@ -126,6 +126,7 @@ SWITCHES = (
     ("frustum", "Camera"),
     ("gravity", "Gravity"),
     ("axes", "Axes"),
+    ("clean", "The clip alone while it plays"),
     ("gizmo", "Handle to move the selection"),
 )
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 from physagent_studio.contract import INSTEAD
@@ -82,18 +82,27 @@ OPENED = frozenset({"shape", "position", "support", "camera", "horizon", "form"}
 """Fields of the scene that are read off the photo again where they are emptied."""
 
 CRITERIA = {
-    "object trajectory": ("where it goes", "the right things go the right way"),
-    "contact timing": ("what touches when", "the right things touch, in the right order"),
-    "force direction": (
-        "what sets it going",
-        "motion has a cause and the right direction",
-    ),
-    "material response": (
-        "how it turns and gives",
-        "things turn, tip and bend as they should",
-    ),
+    "object trajectory": "Do the right things go the right way?",
+    "contact timing": "Do the right things touch, in the right order?",
+    "force direction": "Does what moves have a cause, and the right direction?",
+    "material response": "Do things turn, tip and bend as they should?",
 }
-"""What an event is judged by: as a person calls it, and what it asks for."""
+"""What an event is judged by, as a question of a person."""
+SEEN_WELL = "Can a viewer see it well?"
+"""The same where nothing is wrong but what a viewer sees."""
+UNSEEN = {
+    "fills": "too short to see", "pace": "too fast to follow", "something": "too small to see",
+    "inside": "partly out of the picture", "gone": "still in the picture at the end",
+    "meeting": "too soon to see what meets", "act": "one does not see that it is hit",
+    "in_time": "not over when the clip ends", "ends": "not as it should be in the end",
+    "calm": "something stirs too early", "wheels": "it drives sideways",
+    "amount": "faster than it is told", "place": "away from its place",
+    "tossed": "tossed into the air", "apart": "not seen to come apart",
+    "alone": "something else moves as well", "footing": "not standing as it should",
+    "lean": "not standing as it should", "touches": "not touching what it stands on",
+    "begins": "not drawn as in the photo",
+}  # fmt: skip
+"""What a viewer cannot see, by the rule of a view check: the second word of its id."""
 
 FACTORS = {"reconstruction": "The scene", "simulation": "The event"}
 
@@ -218,11 +227,25 @@ def all_spoken(data: Any, speak: Callable[[str], str], said: bool = False) -> An
     return data
 
 
-def criterion_row(one: Criterion) -> dict[str, Any]:
-    """One of the four things by which an event is judged, and why it holds or not."""
-    short_name, about = CRITERIA.get(one.name, (one.name, ""))
-    reason = ": ".join(part for part in (about, one.reason) if part)
-    return {"name": short_name, "ok": one.ok, "reason": reason}
+def criterion_row(one: Criterion, *, seen_only: bool = False) -> dict[str, Any]:
+    """One of the four things by which an event is judged, and why it holds or not.
+
+    seen_only: nothing fails but what a viewer sees.
+    """
+    name = SEEN_WELL if seen_only and not one.ok else CRITERIA.get(one.name, one.name)
+    return {"name": name, "ok": one.ok, "reason": one.reason}
+
+
+def unseen(checks: Iterable[Check]) -> str:
+    """What a viewer cannot see of an event, in words, by the first such check that fails; or ""."""
+    for check in checks:
+        if check.kind == "view" and not check.ok:
+            rule = check.id.split(".")[1]
+            least, most = check.threshold, check.measured
+            if rule == "fills" and least is not None and most is not None and most > least:
+                return UNSEEN["in_time"]
+            return UNSEEN.get(rule, "not well seen")
+    return ""
 
 
 def edit_row(edit: Edit, program: PhysicalProgram) -> dict[str, Any]:

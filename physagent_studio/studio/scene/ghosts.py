@@ -36,12 +36,22 @@ class Ghosts:
         self._ghosts: dict[str, tuple[Rollout, dict[str, viser.MeshHandle]]] = {}
         self._trails: dict[str, tuple[Rollout, dict[str, viser.LineSegmentsHandle]]] = {}
         self._ribbon: Robustness | None = None
+        self._lines: list[viser.LineSegmentsHandle] = []
+        self._on = True
 
     def clear(self) -> None:
         """Removes all of them."""
         for name in ("/ghosts", "/trails", "/ribbon"):
             self._server.scene.remove_by_name(name)
-        self._ghosts, self._trails, self._ribbon = {}, {}, None
+        self._ghosts, self._trails, self._ribbon, self._lines = {}, {}, None, []
+
+    def show(self, on: bool) -> None:
+        """Draws all that is there, or none of it, while it stays there."""
+        self._on = on
+        kept = (*self._trails.values(), *self._ghosts.values())
+        for handle in (*self._lines, *(one for _, named in kept for one in named.values())):
+            if handle.visible != on:
+                handle.visible = on
 
     def set_ghost(
         self, key: str, rollout: Rollout | None, color: Color, meshes: dict[str, Mesh]
@@ -102,7 +112,7 @@ class Ghosts:
         """
         if sturdy is self._ribbon:
             return
-        self._ribbon = sturdy
+        self._ribbon, self._lines = sturdy, []
         self._server.scene.remove_by_name("/ribbon")
         if sturdy is None or not sturdy.runs[0].objects:
             return
@@ -113,10 +123,11 @@ class Ghosts:
                 lines = paths[which][:, :, at]
                 if len(lines) and np.linalg.norm(lines - lines[:, :1], axis=2).max() > LEAST_WAY:
                     parts = np.stack([lines[:, :-1], lines[:, 1:]], axis=2).reshape(-1, 2, 3)
-                    self._server.scene.add_line_segments(
+                    lines_drawn = self._server.scene.add_line_segments(
                         f"/ribbon/{kind}/{name}", parts.astype(np.float32), colors=color,
                         thickness=1.2, thickness_units="screen",
                     )  # fmt: skip
+                    self._lines.append(lines_drawn)
 
     def pose(self, step: int, now: Rollout | None) -> None:
         """Moves the shades to a step."""
@@ -124,7 +135,7 @@ class Ghosts:
             row = min(step, rollout.steps)
             for name, handle in handles.items():
                 at = rollout.objects.index(name)
-                handle.visible = not _covers(rollout, now, name, step)
+                handle.visible = self._on and not _covers(rollout, now, name, step)
                 handle.position = rollout.positions[row, at]
                 handle.wxyz = rollout.rotations[row, at]
 

@@ -88,11 +88,11 @@ class Stage:
         """Brings the whole stage up to date."""
         with self._server.atomic():
             self._make(snapshot)
-            self._furniture.show(view.shown)
+            self._furniture.show(view.drawn)
             for name, label in self._labels.items():
-                label.visible = "labels" in view.shown and name not in view.hidden
+                label.visible = "labels" in view.drawn and name not in view.hidden
             own = colours_of(snapshot)
-            ghosts, trails = "ghosts" in view.shown, "trails" in view.shown
+            ghosts, trails = "ghosts" in view.drawn, "trails" in view.drawn
             preview = snapshot.preview_rollout if ghosts else None
             earlier = earlier if ghosts else None
             self._ghosts.set_ghost("preview", preview, PREVIEW, self._meshes)
@@ -103,8 +103,9 @@ class Stage:
             sturdy = snapshot.probed.sturdiness if snapshot.probed and trails else None
             self._ghosts.set_ribbon(sturdy, own)
             self._set_attempt(snapshot)
+            self._ghosts.show(not view.is_clean)
             self._collisions.show(
-                snapshot.collisions if "collisions" in view.shown else None,
+                snapshot.collisions if "collisions" in view.drawn else None,
                 frozenset(self._objects),
             )
             self._deforming.show(snapshot.rollout, self._meshes)
@@ -129,11 +130,11 @@ class Stage:
         with self._server.atomic():
             poses = poses_at(snapshot, view.step)
             words = Labels(snapshot.program.scene.camera)
-            if "gravity" in view.shown:
+            if "gravity" in view.drawn:
                 self._furniture.keep_free(words)
             self._move(poses)
             self._mark_held(snapshot, view.step)
-            if "labels" in view.shown:
+            if "labels" in view.drawn:
                 self._put_names(poses, words, view.hidden)
             self._ghosts.pose(view.step, snapshot.rollout)
             self._deforming.pose(view.step)
@@ -188,7 +189,7 @@ class Stage:
             self._handles.select(None)
             return
         what = ""
-        if "gizmo" in view.shown and not snapshot.read_only:
+        if "gizmo" in view.drawn and not snapshot.read_only:
             # Where a thing is at the start can be changed; later, physics says where it is.
             what = "place" if view.step == 0 or snapshot.rollout is None else "wish"
         self._handles.select(Held(item, mesh, what))

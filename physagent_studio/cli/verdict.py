@@ -9,6 +9,7 @@ import typer
 
 from physagent_studio.agent.by_hand import waits_for
 from physagent_studio.cli import output
+from physagent_studio.language.tokens.spelling import instead_of
 from physagent_studio.program.timing import length_in_words
 from physagent_studio.records import LoopState, Round
 from physagent_studio.session.standing import IN_DOUBT
@@ -91,7 +92,7 @@ def _unsure(report: dict[str, Any]) -> list[str]:
             for one in report["doubts"]
             if one["kind"] != "word"
         ),
-        *(f"not understood: “{word}”" for word in words),
+        *(f"not understood: “{word}”: {instead_of(word)}" for word in words),
         *(f"not tested: {text}" for text in report["untested"] if text not in words),
         *(
             f"{use['model']} is not used: {use['failed']}"

@@ -7,18 +7,22 @@ one letter from "swings") stays unknown.
 
 from __future__ import annotations
 
+import difflib
 import itertools
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from functools import cache, lru_cache
 
+from physagent_studio.knowledge.things import kind_of
 from physagent_studio.language.tokens import vocabulary as v
 from physagent_studio.language.tokens.expressions import FIXED
 from physagent_studio.language.tokens.tokens import Token, singular, verb_base
 
 SHORT, LONG = 4, 6
 """Least letters of a word in which neighbours may be swapped, and in which one may be wrong."""
+LIKE = 0.85
+"""How like, 0 … 1, a known verb has to be written to be offered in place of an unknown word."""
 
 
 def corrected(tokens: Sequence[Token], nouns: frozenset[str]) -> tuple[Token, ...]:
@@ -58,6 +62,21 @@ def once_each(unknown: Iterable[str]) -> tuple[str, ...]:
         for word in said
         if not any(word != one and (word == singular(one) or word in one.split()) for one in said)
     )
+
+
+def instead_of(said: str) -> str:
+    """What to do about words that were not understood, as a request: a verb that is written much
+    like one is offered, a thing is to be marked."""
+    word = said.lower()
+    if verb_base(word) is None and word.isalpha():
+        verbs = [form for verb in v.VERBS if verb.isalpha() for form in _forms(verb)[:2]]
+        bent = [form for form, verb in v.IRREGULAR.items() if verb in v.VERBS]
+        near = difflib.get_close_matches(word, [*verbs, *bent], 1, LIKE)
+        if near:
+            return f"did you mean “{near[0]}”?"
+        if kind_of(word) is not None:
+            return "mark it too, if it takes part"
+    return "say it in other words"
 
 
 def is_known(word: str, nouns: frozenset[str]) -> bool:

@@ -8,6 +8,7 @@ from typing import Any
 from physagent_studio.agent.by_hand import turn_of
 from physagent_studio.agent.loop import EASING
 from physagent_studio.agent.rules.planner.wording import apart_from_pace
+from physagent_studio.language.tokens.spelling import instead_of
 from physagent_studio.program import AddItem, PhysicalProgram
 from physagent_studio.program.timing import PACE
 from physagent_studio.records import LoopState, Proposal, Round, doubts_of
@@ -81,7 +82,9 @@ def state_of(snapshot: Snapshot, compared: Round | None = None) -> dict[str, Any
         "sturdiness": sturdiness_of(snapshot),
         "credit": credit_of(shown, snapshot),
         "checks": checklist_of(snapshot.checks, snapshot.program, shown, draft=snapshot.has_draft),
-        "notUnderstood": list(snapshot.program.contract.not_understood),
+        "notUnderstood": [
+            f"“{word}” ({instead_of(word)})" for word in snapshot.program.contract.not_understood
+        ],
         "untested": [clause.text for clause in snapshot.program.contract.untested],
         "proposal": _proposal(loop, snapshot),
         "fields": fields_of(snapshot.program),

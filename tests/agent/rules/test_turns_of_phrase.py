@@ -8,6 +8,7 @@ from physagent_studio.agent.rules import RuleGenerator
 from physagent_studio.contract import measure
 from physagent_studio.contract.words import claim
 from physagent_studio.language import EventFrame, Reading, inventory, read
+from physagent_studio.language.tokens.spelling import instead_of
 from physagent_studio.program import Grounding, PhysicalProgram
 from physagent_studio.simulation import simulate
 from tests.agent.rules.everyday_scenes import EVERYDAY
@@ -191,3 +192,15 @@ def test_what_captions_say_of_the_event(prompt: str, plain: str) -> None:
 
     assert said(prompt) == said(plain)
     assert not reading(prompt).not_understood
+
+
+    ("word", "instead"),
+    [
+        ("sings", "did you mean “swings”?"),
+        ("drawer", "mark it too, if it takes part"),
+        ("evaporates", "say it in other words"),
+        ("like a dream", "say it in other words"),
+    ],
+)
+def test_what_to_do_about_a_word_that_is_not_understood(word: str, instead: str) -> None:
+    assert instead_of(word) == instead

@@ -17,7 +17,7 @@ from physagent_studio.cli import early, output
 from physagent_studio.cli.comparing import judges
 from physagent_studio.cli.guard import BAD_INPUT, Json, Workspace, guarded, our_fault
 from physagent_studio.cli.models import models
-from physagent_studio.cli.options import Agent, Horizon, Objects
+from physagent_studio.cli.options import Agent, Horizon, Objects, Seconds
 from physagent_studio.cli.session import session as session_tools
 from physagent_studio.cli.sweeping import attribute, sweep
 from physagent_studio.errors import InputError, ProgramError
@@ -134,6 +134,7 @@ def run(
         bool, typer.Option("--yes", help="Go on where a mask is doubtful, and say so.")
     ] = False,
     horizon: Horizon = None,
+    seconds: Seconds = None,
     out: Annotated[Path | None, typer.Option(help="Where its clip goes, .mp4.")] = None,
     masks: Annotated[Path | None, typer.Option(help="A picture of what was cut out, .png.")] = None,
     verbose: Annotated[
@@ -145,7 +146,7 @@ def run(
     """Run the reflection loop until the event happens or the budget ends."""
     words, played = tuple(objects or ()), tuple(by_hand or ())
     who = (policy, played, frames, agent)
-    also = (annotation, lessons, yes, horizon, out, masks, verbose)
+    also = (annotation, lessons, yes, horizon, seconds, out, masks, verbose)
     request = early.RunRequest(target, event, prompt, words, rounds, *who, *also)
     early.target_there(target, workspace, "a case folder or an image")
     from physagent_studio.cli.run import run_loop

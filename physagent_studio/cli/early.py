@@ -34,6 +34,7 @@ class RunRequest:
     lessons: Path | None = None
     yes: bool = False
     horizon: float | None = None
+    seconds: float | None = None
     out: Path | None = None
     masks: Path | None = None
     verbose: bool = False
@@ -48,7 +49,8 @@ class RunRequest:
         unknown = [role for role in self.by_hand if role not in ROLES]
         if unknown:
             raise InputError(f"--by-hand {unknown[0]} is not known ({', '.join(ROLES)})")
-        agent_name(self.agent)
+        if agent_name(self.agent) == "vlm" and self.seconds is not None:
+            raise InputError("--seconds goes with --agent rules; a model writes its own clip")
         if Path(self.target).suffix.lower() in IMAGES:
             parse_objects(self.objects)
         if self.out is not None:

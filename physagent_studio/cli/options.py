@@ -17,6 +17,9 @@ Objects = Annotated[
         ' "name@x0,y0,x1,y1"; "name" alone is looked for.',
     ),
 ]
+Seconds = Annotated[
+    float | None, typer.Option(min=2.0, max=10.0, help="How long the clip is shown; else 3.2.")
+]
 Horizon = Annotated[
     float | None,
     typer.Option(help="The row of the horizon, pixels from the top; it may lie outside."),

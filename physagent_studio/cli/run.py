@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import time
 from contextlib import closing
+from dataclasses import replace
 from pathlib import Path
 
 import typer
@@ -140,6 +141,7 @@ def _session(request: RunRequest, store: Store, case: Case | None = None) -> Ses
             )
         case = annotated(case, request.annotation)
     case = with_horizon(case, request.target, request.horizon)
+    case = replace(case, seconds=request.seconds)
     if request.event is None and not chosen and len(case.events) > 1:
         names = ", ".join(name for name, _ in case.events)
         raise InputError(f"this case has several events; choose one with --event: {names}")
@@ -160,6 +162,7 @@ def _words_of_a_new_session(request: RunRequest) -> list[str]:
         "--object": request.objects,
         "--annotation": request.annotation,
         "--horizon": request.horizon,
+        "--seconds": request.seconds,
         "--lessons": request.lessons,
     }
     return [option for option, value in options.items() if value not in (None, "", ())]

@@ -53,6 +53,14 @@ def length_in_words(clip: Clip) -> str:
     )
 
 
+def clip_of(seconds: float | None) -> Clip:
+    """A clip in real time that is shown for so many seconds; None is the usual one."""
+    usual = Clip()
+    if seconds is None:
+        return usual
+    return usual.model_copy(update={"frames": round(seconds * usual.playback_fps) + 1})
+
+
 def clip_at(clip: Clip, factor: float) -> Clip:
     """The clip with another time factor; `playback_fps` and the number of frames stay.
 

@@ -23,7 +23,8 @@ class Case:
     horizon: row where a person sees it, pixels, in the middle column; None is open. roll: degrees
     by which it rises to the right, as the camera was turned clockwise.
     scale: a size that a person typed; its default is open. focal: the focal length that the
-    picture's file states, pixels; None where it states none.
+    picture's file states, pixels; None where it states none. seconds: how long the clip shall be
+    shown; None is as usual.
     """
 
     name: str
@@ -39,3 +40,4 @@ class Case:
     roll: float = 0.0
     scale: Scale = field(default_factory=Scale)
     focal: float | None = None
+    seconds: float | None = None

@@ -235,6 +235,7 @@ def case_json(case: Case) -> dict[str, Any]:
         "horizon": case.horizon,
         "roll": case.roll,
         "scale": case.scale.model_dump(mode="json"),
+        **({} if case.seconds is None else {"seconds": case.seconds}),
     }
 
 
@@ -253,4 +254,5 @@ def case_from_json(data: dict[str, Any], image: Image | None) -> Case:
         horizon=data.get("horizon"),
         roll=data.get("roll", 0.0),
         scale=Scale.model_validate(data.get("scale", {})),
+        seconds=data.get("seconds"),
     )

@@ -62,23 +62,31 @@ def test_it_tells_of_its_stages_but_not_to_machines(tmp_path: Path) -> None:
     assert json.loads(silent.stdout)["outcome"] == "budget"
 
 
-def test_a_horizon_on_the_command_line_is_what_the_scene_has(tmp_path: Path) -> None:
-    result = _run(tmp_path, "--horizon", "200", "--json")
+def test_horizon_and_length_on_the_command_line_are_taken_over(tmp_path: Path) -> None:
+    result = _run(tmp_path, "--horizon", "200", "--seconds", "2", "--json")
     assert "camera" not in [one["kind"] for one in json.loads(result.stdout)["doubts"]]
     (one,) = Store(tmp_path).list()
     with Store(tmp_path).open(one.id, writing=False) as session:
         assert session.case.horizon == 200
         (first,) = session.load().rounds
         assert first.program.scene.horizon == pytest.approx(200)
+        assert first.program.clip.frames == 51
     more = CliRunner().invoke(app, ["run", *_again(tmp_path), "--horizon", "0"])
     assert more.exit_code == 2
     assert "--horizon" in more.stderr
 
 
 @pytest.mark.parametrize(
-    "words", [("--out", "clip.gif"), ("--masks", "masks.jpg"), ("--horizon", "99999")]
+    "words",
+    [
+        ("--out", "clip.gif"),
+        ("--masks", "masks.jpg"),
+        ("--horizon", "99999"),
+        ("--seconds", "1"),
+        ("--seconds", "3", "--agent", "vlm"),
+    ],
 )
-def test_what_cannot_be_written_is_said_at_once(tmp_path: Path, words: tuple[str, str]) -> None:
+def test_what_cannot_be_written_is_said_at_once(tmp_path: Path, words: tuple[str, ...]) -> None:
     result = _run(tmp_path, *words)
     assert result.exit_code == 2
     assert not Store(tmp_path).list()

@@ -40,6 +40,7 @@ from physagent_studio.program.program import Clip, EventProgram, PhysicalProgram
 from physagent_studio.program.scene.aloft import AIR
 from physagent_studio.program.scene.plants import FOLIAGE
 from physagent_studio.program.scene.state import Landmark, SceneObject, SceneState, Support
+from physagent_studio.program.timing import clip_of
 from physagent_studio.records import Case, Scene
 
 
@@ -75,7 +76,7 @@ class RuleGenerator:
         state = with_walls_weighed(state)
         reading = by_limbs(reading, Layout(state))
         state = with_hold(_with_landmarks(state, reading))
-        clip = Clip()
+        clip = clip_of(case.seconds)
         state = _with_materials(_on_wheels(state, reading, clip, masks), reading, clip)
         state = kept_upright(state, reading)
         layout = Layout(state)
@@ -210,7 +211,7 @@ def _with_materials(state: SceneState, reading: Reading, clip: Clip) -> SceneSta
 
 def _contract(reading: Reading, layout: Layout, clip: Clip) -> Contract:
     """What the sentence demands, as far as the scene has what it speaks of, and its paces."""
-    contract = _known_only(contract_of(reading, layout), layout.state)
+    contract = _known_only(contract_of(reading, layout, clip.steps), layout.state)
     gone = {name for f in reading.frames if "offscreen" in f.manner for name in f.patient}
     leaving = tuple(item.name for item in layout.state.objects if item.name in gone)
     tasks = tasks_of(reading, layout, clip)

@@ -5,6 +5,7 @@ Nothing is simulated here. What nothing can test is `untold`: shown as such, nev
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -38,6 +39,17 @@ def test_what_a_sentence_demands(row: dict[str, Any]) -> None:
     contract = program.contract
     told = [*contract.not_understood, *(clause.text for clause in contract.untested)]
     assert told == row.get("untold", []), row["prompt"]
+
+
+@pytest.mark.parametrize(("seconds", "frames"), [(None, 81), (2.0, 51), (10.0, 251)])
+def test_a_clip_of_a_length_that_is_asked_for(seconds: float | None, frames: int) -> None:
+    stage = EVERYDAY["kitchen"]
+    case = replace(stage.case("The teapot wobbles, then falls over."), seconds=seconds)
+    program = RuleGenerator().first(case, stage.reconstruct)
+    assert program.clip.frames == frames
+    # It wobbles in its first half, however long that is.
+    (until,) = {s.to_step for s in program.contract.statements if s.kind == "sways"}
+    assert until == program.clip.steps // 2
 
 
 @pytest.mark.parametrize(

@@ -26,6 +26,7 @@ from physagent_studio.agent.rules.scene.measures import Layout, place_name
 from physagent_studio.language import EventFrame, Place, Reading
 from physagent_studio.language.tokens.vocabulary import words_of
 from physagent_studio.program.contract import Contract
+from physagent_studio.program.program import Clip
 
 _GIVING_WAY = words_of("topple fall collapse flip lean lose_balance knock_over break crush")
 _LATER = _GIVING_WAY | {"stop", "rest", "settle"}
@@ -42,9 +43,12 @@ _ONLY_WHERE = words_of("on off from atop above over")
 _COMING_DOWN = words_of("fall leave slip descend topple land")
 
 
-def contract_of(reading: Reading, layout: Layout) -> Contract:
-    """The contract of a prompt over a scene; the same events in other words give the same."""
-    draft = _Draft(layout, reading)
+def contract_of(reading: Reading, layout: Layout, steps: int = Clip().steps) -> Contract:
+    """The contract of a prompt over a scene; the same events in other words give the same.
+
+    steps: of the clip.
+    """
+    draft = _Draft(layout, reading, steps)
     for index, frame in enumerate(reading.frames):
         draft.add(index, frame)
     for frame in reading.frames:
@@ -67,6 +71,7 @@ class _Draft:
 
     layout: Layout
     reading: Reading
+    steps: int
     told: Statements = field(default_factory=Statements)
 
     def add(self, index: int, frame: EventFrame) -> None:
@@ -160,7 +165,7 @@ class _Draft:
         return True
 
     def _context(self, index: int, frame: EventFrame, subject: str) -> Context:
-        return Context(frame, subject, index, self.reading, self.layout, SENSES)
+        return Context(frame, subject, index, self.reading, self.layout, SENSES, self.steps)
 
     def _no_other(self, index: int, frame: EventFrame) -> None:
         """ "Only the cup falls": nothing that is not spoken of does."""
@@ -173,7 +178,7 @@ class _Draft:
         told |= {row["subject"] for row in self.told.rows if row["kind"] == "stays"}
         for other in (item.name for item in self.layout.state.objects if item.name not in told):
             alone = replace(frame, patient=(other,), only=False)
-            context = Context(alone, other, index, self.reading, self.layout, SENSES)
+            context = self._context(index, alone, other)
             for event in events(list(SENSES[frame.sense](context)))[:1]:
                 self.told.state(event.opposite(), frame.clause)
 

@@ -12,6 +12,7 @@ from physagent_studio.agent.rules.scene.facing import before_its_back, likely_fr
 from physagent_studio.agent.rules.scene.measures import OPPOSITE, Layout, level, named_way
 from physagent_studio.language import SLOPE_ENDS, EventFrame, Place, Reading
 from physagent_studio.program.actions import Direction
+from physagent_studio.program.program import Clip
 from physagent_studio.program.scene.state import Floor
 
 
@@ -67,7 +68,7 @@ def before(first: Spec, second: Spec) -> Spec:
 
 @dataclass(frozen=True)
 class Context:
-    """One frame about one of its patients, within the whole reading."""
+    """One frame about one of its patients, within the whole reading. steps: of the clip."""
 
     frame: EventFrame
     subject: str
@@ -75,6 +76,7 @@ class Context:
     reading: Reading
     layout: Layout
     senses: Mapping[str, Callable[[Context], Sequence[Spec]]] = field(default_factory=dict)
+    steps: int = Clip().steps
 
     @property
     def size(self) -> float:

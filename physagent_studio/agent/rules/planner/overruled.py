@@ -138,8 +138,8 @@ def demands(case: Case, program: PhysicalProgram, words: str) -> tuple[Edit, ...
     before, both = (read(f"{prompt.rstrip(' .')}. {more}", stock) for more in (told, words))
     if len(both.not_understood) > len(before.not_understood) or both.frames == before.frames:
         return ()
-    known = _plain(program.contract) | _plain(contract_of(before, layout))
-    after = contract_of(both, layout).statements
+    known = _plain(program.contract) | _plain(contract_of(before, layout, program.clip.steps))
+    after = contract_of(both, layout, program.clip.steps).statements
     fresh = [s for s in after if _key(s.model_dump(mode="json")) not in known]
     if denied:
         if len(fresh) != 1 or fresh[0].negated:

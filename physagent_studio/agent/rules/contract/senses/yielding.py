@@ -20,7 +20,6 @@ from physagent_studio.agent.rules.contract.specs import (
     spec,
 )
 from physagent_studio.agent.rules.scene.measures import place_name
-from physagent_studio.program.program import Clip
 from physagent_studio.program.scene.bodies import Cloth
 
 
@@ -55,7 +54,7 @@ def wind(c: Context) -> list[Spec]:
 
 def sway(c: Context) -> list[Spec]:
     """Moves to and fro; what falls over afterwards does so by half of the clip."""
-    until = round(YIELDING.wobble_share * Clip().steps) if _falls_afterwards(c) else None
+    until = round(YIELDING.wobble_share * c.steps) if _falls_afterwards(c) else None
     seen = spec("sways", c.subject, amplitude=3.0, cycles=1.0, to_step=until)
     return [seen, *_stands(c), *([] if until else quality(c))]
 

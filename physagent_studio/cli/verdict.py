@@ -32,7 +32,7 @@ def tell(report: dict[str, Any], state: LoopState, *, asked: bool, verbose: bool
     speak = speaker(best.program) if best is not None else str
     verdict = _verdict(report, state, speak, asked=asked)
     typer.echo(verdict)
-    _listed("not sure:", _unsure(report))
+    _listed("not sure:", [speak(text) for text in _unsure(report)])
     checks = best.assessment.checks if best is not None and best.assessment else ()
     failing = [one.text for one in checks if one.demanded and not one.ok]
     told = dict.fromkeys(speak(text) for text in (*report["diagnosis"], *failing))

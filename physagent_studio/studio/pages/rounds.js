@@ -131,11 +131,11 @@ export function startRounds(host, dock, { showRounds, showPlots, showPhoto }) {
   }
 
   function row(r) {
-    const words = r.stage === "reconstruction" ? (r.verdict === "failed" ? "scene does not match" : r.shown && doubtful() ? "scene to be checked" : "scene matches the photo") : r.checks ? (r.unseen && r.realised === r.checks ? `it happens, but: ${r.unseen}` : `${r.realised} of ${r.checks} demands hold`) : r.stage ? "nothing is demanded" : "in progress";
+    const words = r.stage === "reconstruction" ? (r.verdict === "failed" ? "scene does not match" : r.shown && doubtful() ? "scene to be checked" : "scene matches the photo") : r.checks ? (r.unseen && r.realised === r.checks ? r.unseen : `${r.realised} of ${r.checks} hold`) : r.stage ? "nothing is demanded" : "in progress";
     return h("div", { class: "row", role: "listitem", key: r.id, style: `padding-left:${r.depth * 14}px;gap:2px` },
       h("button", { class: `r grow${r.shown ? " on" : ""}${r.onPath ? "" : " off"}`, type: "button", title: r.factor ? `Proposed to change: ${r.factor}` : "", onclick: () => send({ do: "round", id: r.head ? null : r.id }) },
         h("span", { class: `dot ${r.verdict}` }, MARK[r.verdict]),
-        h("span", { class: "grow" }, h("b", {}, `Round ${r.number}`), h("span", { class: "muted", title: r.checks ? `${r.realised} of ${r.checks} demands of the sentence hold` : "" }, ` · ${words}`), r.overruled ? h("span", { class: "muted" }, " · overruled") : null),
+        h("span", { class: "grow" }, h("b", {}, `Round ${r.number}`), h("span", { class: "muted", title: r.checks ? `${r.realised} of ${r.checks} demands of the sentence hold${r.unseen ? `; a viewer sees it so: ${r.unseen}` : ""}` : "" }, ` · ${words}`), r.overruled ? h("span", { class: "muted" }, " · overruled") : null),
         r.decided ? h("span", { class: "chip", title: `by ${r.by}` }, r.decided) : null,
         r.best && data.rounds.length > 1 ? h("span", { class: "chip ok" }, "best") : null),
       r.shown || data.rounds.length < 2 ? null

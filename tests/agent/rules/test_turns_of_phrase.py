@@ -194,6 +194,7 @@ def test_what_captions_say_of_the_event(prompt: str, plain: str) -> None:
     assert not reading(prompt).not_understood
 
 
+@pytest.mark.parametrize(
     ("word", "instead"),
     [
         ("sings", "did you mean “swings”?"),

@@ -9,7 +9,7 @@ from physagent_studio.agent.rules import RuleGenerator
 from physagent_studio.contract.measure import measure
 from physagent_studio.language import inventory, read
 from physagent_studio.program import PhysicalProgram
-from physagent_studio.program.scene.state import Box, Cylinder, Grounding, Sphere
+from physagent_studio.program.scene.state import Box, Cylinder, Grounding, Ramp, Slab, Sphere
 from physagent_studio.records import Rollout
 from physagent_studio.simulation import simulate
 from tests.agent.rules.scenes import Stage
@@ -92,6 +92,42 @@ def test_what_bounces_back_went_there_front_first() -> None:
     prompt = "The toy car crashes head-on into the bottle and bounces back."
     program = RuleGenerator().first(LANE.case(prompt), LANE.reconstruct)
     assert program.contract.backwards == ()
+
+
+SHELF = Stage(
+    "table_beside_a_ramp",
+    {
+        "ball": (Sphere(radius=0.05), (-0.3, 2.4, 0.8), "table"),
+        "marble": (Sphere(radius=0.05), (0.856, 2.5, 0.265), "ramp"),
+        "tin": (Cylinder(radius=0.04, height=0.12), (-0.95, 2.3, 0.06), "floor"),
+        "box": (Box(size=(0.1, 0.1, 0.1)), (-0.95, 2.6, 0.05), "floor"),
+    },
+    {
+        "table": Slab(position=(0.0, 2.5, 0.375), size=(1.2, 0.8, 0.75)),
+        "ramp": Ramp(toe=(1.6, 2.5, 0.0), yaw=float(np.pi), run=1.0, rise=0.3, width=0.5),
+    },
+)
+
+
+@pytest.mark.parametrize(
+    ("prompt", "name"),
+    [
+        ("The ball jumps from the table onto the floor.", "ball"),
+        ("The box is lifted and placed next to the tin.", "box"),
+    ],
+)
+def test_it_comes_down_where_it_is_told(prompt: str, name: str) -> None:
+    program = RuleGenerator().first(SHELF.case(prompt), SHELF.reconstruct)
+    rollout = simulate(program, {})
+    missed = [c for c in measure(program, rollout) if c.demanded and c.kind != "view" and not c.ok]
+    assert not missed, [check.text for check in missed]
+    assert rollout.positions[-1, rollout.index(name), 2] < 0.06
+
+
+def test_what_lies_on_a_slope_and_is_told_nothing_of_stays_there() -> None:
+    program = RuleGenerator().first(SHELF.case("The tin falls over."), SHELF.reconstruct)
+    rollout = simulate(program, {})
+    assert np.ptp(rollout.positions[:, rollout.index("marble")], axis=0).max() < 1e-3
 
 
 def test_what_is_told_after_comes_first() -> None:

@@ -41,6 +41,7 @@ def schedule(reading: Reading, layout: Layout, clip: Clip) -> tuple[Action, ...]
         # The photo has it standing: it is seen to rise, and does not jump.
         actions += act.raised(name, float((place - layout.position(name))[2]))
     layout = layout.with_places(raised)
+    actions += [act.hold(name, clip.steps) for name in stays_on_slope(reading, layout)]
     for task in tasks_of(reading, layout, clip):
         wait = steps_to_wait(task.intent, reading, clip)
         wait += act.STEPS.first_step + act.STEPS.rise_steps if task.name in raised else 0
@@ -49,6 +50,24 @@ def schedule(reading: Reading, layout: Layout, clip: Clip) -> tuple[Action, ...]
             later = _later(action, wait) if first is None else _once(action, first)
             actions += [a for a in [_fitted(later, clip, actions)] if a is not None]
     return tuple(actions[:500])
+
+
+def stays_on_slope(reading: Reading, layout: Layout) -> list[str]:
+    """What is round, lies on a slope as the picture shows it, and is told to do nothing: it does
+    not roll down while something else happens."""
+    told = {
+        name
+        for frame in reading.frames
+        if frame.sense not in ("stay", "rest", "be")
+        for name in (*frame.patient, *frame.agent, *(place.name for _, place in frame.places))
+    }
+    objects = (item.name for item in layout.state.objects)
+    return [
+        name
+        for name in objects
+        if name not in told and layout.has(name) and layout.rolls(name)
+        and layout.ramp_below(name) is not None
+    ]  # fmt: skip
 
 
 def steps_to_wait(intent: Intent, reading: Reading, clip: Clip) -> int:

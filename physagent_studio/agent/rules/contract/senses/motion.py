@@ -273,14 +273,17 @@ def set_down(c: Context) -> list[Spec]:
         return descend(c)
     far = c.length(0.3, 0.015, 0.1)
     up = [] if was_raised(c) else [spec("moves", c.subject, distance=far, direction="up")]
-    carrier = c.layout.carrier(c.subject) if below is None else below.name
+    beside = c.frame.place("near")
+    # Put down next to a thing it stands on what that stands on.
+    about = c.subject if beside is None or not c.layout.has(beside.name) else beside.name
+    carrier = c.layout.carrier(about) if below is None else below.name
     inside = [one for one in along(c) if one.kind == "lands_in"]
     there = inside or [spec("reaches", c.subject, other=carrier)]
     ways = [way for way in c.ways() if way not in ("up", "down")]
     aside = [spec("moves", c.subject, distance=far, direction=way) for way in ways]
-    if (by := c.frame.place("near")) is not None and c.layout.is_known(place_name(by)):
+    if beside is not None and c.layout.is_known(place_name(beside)):
         close = c.length(1.6, 0.1, 0.6)
-        there.append(spec("stops", c.subject, near=place_name(by), distance=close))
+        there.append(spec("stops", c.subject, near=place_name(beside), distance=close))
     # Gently is said of how it is set down, and not of how fast it goes along on the level.
     slowly = [one for one in manner(c) if one.kind != "speed_between"]
     return [*up, spec("falls", c.subject, drop=far), *there, *aside, *slowly]

@@ -135,9 +135,10 @@ def spread(c: Context) -> list[Spec]:
     ways = [w for w in c.ways() if w not in ("up", "down")]
     item = c.layout.state.object(c.subject)
     away = apart(c.frame, c.subject, c.layout)
-    if item is not None and item.body.kind == "rigid" and away and not c.frame.agent:
+    if item is not None and item.body.kind == "rigid":
         # "The marbles scatter": away from one another, each as it is.
-        return [spec("moves", c.subject, distance=c.length(0.5, 0.05, 0.3), direction=away[0])]
+        way = {"direction": away[0]} if away and not c.frame.agent else {}
+        return [spec("moves", c.subject, distance=c.length(0.5, 0.05, 0.3), **way)]
     found = [spec("spreads", c.subject, factor=1.3)]
     if ways:
         distance = c.length(0.15, 0.02, 0.1)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -10,15 +11,28 @@ from physagent_studio.agent.rules.scene import mechanics as mech
 from physagent_studio.agent.rules.scene.measures import UP, WAYS, FloatArray, level, named_way, unit
 from physagent_studio.agent.rules.schedule import actions as act
 from physagent_studio.agent.rules.schedule.scripts.blows import blow
+from physagent_studio.agent.rules.schedule.scripts.flight import seen_up
 from physagent_studio.agent.rules.schedule.scripts.task import Task
 from physagent_studio.language import EDGES
 from physagent_studio.program.actions import Action, Directed
+
+
+@dataclass(frozen=True, slots=True)
+class EdgeSettings:
+    """How what leaves a table does so."""
+
+    leap_sizes: float = 1.0  # own sizes, 0.3..2: how high what jumps off it goes
+
+
+EDGE = EdgeSettings()
 
 
 def off_edge(task: Task) -> list[Action]:
     """Pushed over the edge of what it stands on."""
     way, distance = way_off(task)
     size = task.layout.size(task.name)
+    if task.intent.has("jump"):
+        return [_leap_off(task, way, distance)]
     slowing = mech.G * task.ground_friction()
     if task.layout.rolls(task.name):
         slowing = mech.rolling_slowing(task.ground_rolling())
@@ -31,6 +45,16 @@ def off_edge(task: Task) -> list[Action]:
     start = _start_of_row(task)
     first = act.push(task.name, vector, start=start, point=point)
     return [first, *_tumble(task, way, distance, speed, start)]
+
+
+def _leap_off(task: Task, way: FloatArray, distance: float) -> Action:
+    """A leap that comes back to the height of the edge clear of it."""
+    layout = task.layout
+    upward = math.sqrt(2 * mech.G * seen_up(task, EDGE.leap_sizes * layout.size(task.name)))
+    forward = (distance + 1.5 * layout.extent(task.name, -way)) * mech.G / (2 * upward)
+    elevation = math.degrees(math.atan2(upward, forward))
+    force = act.toward_or_along(math.hypot(upward, forward), vector=way, elevation=elevation)
+    return act.push(task.name, force, duration=act.STEPS.kick_steps, label="jump")
 
 
 def _aimed(task: Task, way: FloatArray, speed: float) -> Directed:

@@ -116,7 +116,7 @@ def _down_a_step(task: Task, down: FloatArray) -> Action:
     """A hop that comes down in the middle of a lower step."""
     lower = descents(task.layout, task.name)[: task.steps][-1]
     upward = math.sqrt(
-        2 * mech.G * _seen_up(task, FLIGHT.step_hop_sizes * task.layout.size(task.name))
+        2 * mech.G * seen_up(task, FLIGHT.step_hop_sizes * task.layout.size(task.name))
     )
     seconds = (upward + math.sqrt(upward**2 + 2 * mech.G * lower)) / mech.G
     forward = float(np.linalg.norm(down)) / seconds
@@ -131,7 +131,7 @@ def _hop_speed(task: Task, last: float) -> float:
     """How fast it leaves the ground, m/s. last: what is left after as many rebounds as are told."""
     gentle = task.intent.manner("gentle", "slight")
     high = (FLIGHT.gentle_hop_sizes if gentle else 1.0) * max(task.layout.size(task.name), 0.1)
-    speed = math.sqrt(2 * mech.G * _seen_up(task, high))
+    speed = math.sqrt(2 * mech.G * seen_up(task, high))
     hops = _hops(task)
     return min(max(speed, last / _kept(task) ** hops), 7.0) if hops > 1 else speed
 
@@ -173,7 +173,7 @@ def hop_onto(task: Task) -> list[Action]:
     return [act.push(task.name, force, duration=act.STEPS.kick_steps, label="jump")]
 
 
-def _seen_up(task: Task, height: float) -> float:
+def seen_up(task: Task, height: float) -> float:
     """How high it goes, m: less than a wanted height where its top would leave the picture."""
     free = free_way(task.layout, task.name, WAYS["up"])
     least = max(FLIGHT.min_rise_sizes * task.layout.size(task.name), FLIGHT.min_rise_m)
@@ -229,7 +229,7 @@ def lift(task: Task) -> list[Action]:
     What does nothing else rises faster and faster to the end, as far as the picture allows: what
     hangs still in the end was not told to.
     """
-    height = _seen_up(task, max(1.2 * task.layout.size(task.name), 0.12))
+    height = seen_up(task, max(1.2 * task.layout.size(task.name), 0.12))
     seconds = task.seconds(0.25)
     first = act.STEPS.first_step
     if all(frame.sense == "rise" and frame.distance is None for frame in task.intent.frames):

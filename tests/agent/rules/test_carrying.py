@@ -96,3 +96,25 @@ def test_who_lifts_it_carries_it_after_a_comma_too() -> None:
     assert [(f.sense, f.patient, f.cause) for f in found.frames] == [
         (sense, ("cup",), "person") for sense in ("rise", "push", "set_down")
     ]
+
+
+@pytest.mark.parametrize(
+    ("prompt", "least", "most"),
+    [
+        ("The cup is lifted and tilted to the left.", 40.0, 60.0),
+        ("The cup is picked up and turned upside down.", 170.0, 180.0),
+        ("Someone lifts the cup, turns it upside down and puts it back down.", 170.0, 180.0),
+        ("The cup is picked up, tilted and put down again.", 0.0, 5.0),
+    ],
+)
+def test_what_is_turned_in_the_hand_stays_turned_there(
+    prompt: str, least: float, most: float
+) -> None:
+    program = RuleGenerator().first(DESK.case(prompt), DESK.reconstruct)
+    rollout = simulate(program, {})
+    missed = [c for c in measure(program, rollout) if c.demanded and c.kind != "view" and not c.ok]
+    assert not missed, [check.text for check in missed]
+    _, x, y, _ = rollout.rotations[-1, rollout.index("cup")]
+    up = 1 - 2 * (x * x + y * y)
+    assert least <= np.degrees(np.arccos(np.clip(up, -1, 1))) <= most
+    assert np.ptp(rollout.positions[:, rollout.index("cup"), :2], axis=0).max() < 0.03

@@ -81,6 +81,9 @@ def _is_carried(task: Task) -> bool:
         for f in own[1:]
     )
     dropped = bool(own) and _is_dropped(task, own[0])
+    if (first == "rise" or not aloft) and scripts.turned_in_hand(task):
+        # "Is picked up and tilted", "is turned upside down"; what only leans does so as it stands.
+        return first == "rise" or any(f.posture == "inverted" for f in own[:1])
     return (first == "rise" and brought) or (
         not aloft and (by_hand or dropped or first == "set_down")
     )

@@ -5,7 +5,7 @@ numbers come from the reconstructed geometry; what the engine does beyond the fo
 to the rounds that follow.
 """
 
-from physagent_studio.agent.rules.schedule.scripts.carrying import carry
+from physagent_studio.agent.rules.schedule.scripts.carrying import carry, turned_in_hand
 from physagent_studio.agent.rules.schedule.scripts.driven import (
     drive,
     room_ahead,

@@ -6,6 +6,7 @@ losing it for the other half, so that it is at rest in between and does not swin
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,6 +16,7 @@ from physagent_studio.agent.rules.contract.specs import ways_of
 from physagent_studio.agent.rules.scene import mechanics as mech
 from physagent_studio.agent.rules.scene.framing import free_way, good_way
 from physagent_studio.agent.rules.scene.measures import (
+    UP,
     WAYS,
     FloatArray,
     Layout,
@@ -43,12 +45,16 @@ class CarryingSettings:
     whole_share: float = 0.85  # of the clip, 0.5..0.9: in which all of it happens
     # 1..2.5: over the time in which it is raised or let down, of that in which it is brought along
     along_ratio: float = 1.4
+    tilt_deg: float = 50.0  # 20..90: by which it is tilted in the hand, where no angle is told
     most_sizes: float = 4.0  # own sizes, 1..10: most that it is brought along where none is told
 
 
 CARRYING = CarryingSettings()
 _VESSEL = ("in", "into", "inside")
 _TO = ("near", "to", "toward", "at", "against")
+_Move = tuple[float, FloatArray, float, str]
+"""A way in m, or radians, along or about a unit direction (3,), its share of the time, a label."""
+_TURNED = ("turn", "flip", "spin", "lean")
 _UPON = ("on", "onto", "atop", *_VESSEL)
 
 
@@ -74,6 +80,7 @@ def carry(task: Task) -> list[Action]:
         if (far := float(np.linalg.norm(way))) > 1e-3:
             label = "carry" if number == 1 else "carry_on"
             moves.append((far, unit(way), CARRYING.along_ratio, label))
+    moves += _turns(task)
     dropped = _is_let_fall(task)
     if goal.base is not None and not dropped:
         down = rise + own_base - goal.base - CARRYING.release_m
@@ -81,21 +88,51 @@ def carry(task: Task) -> list[Action]:
     return _moves(task, moves, held=goal.base is None and not dropped)
 
 
+def turned_in_hand(task: Task) -> float:
+    """By how many degrees it is turned while it is held: tilted, or upside down; else 0."""
+    for frame in task.intent.frames:
+        if frame.posture == "inverted" and frame.sense in _TURNED:
+            return 180.0
+        if frame.sense == "lean":
+            return frame.angle or CARRYING.tilt_deg
+    return 0.0
+
+
+def _turns(task: Task) -> list[_Move]:
+    """Its turning in the hand, and back where it is put down as it stood."""
+    degrees = turned_in_hand(task)
+    if not degrees:
+        return []
+    axis = np.cross(UP, WAYS[task.way() or "right"])
+    turn: _Move = (math.radians(degrees), axis, 1.0, "turn")
+    upright = task.intent.has("set_down", "descend") and degrees < 180.0
+    return [turn, (math.radians(degrees), -axis, 1.0, "turn_back")] if upright else [turn]
+
+
 def _is_let_fall(task: Task) -> bool:
     return task.intent.has("fall", "land") and not task.intent.has("set_down")
 
 
-def _moves(
-    task: Task, moves: list[tuple[float, FloatArray, float, str]], *, held: bool
-) -> list[Action]:
-    """Its weight carried, and forces that bring it by ways (m, unit direction (3,), share of the
-    time, label), one after the other with a moment between them. held: aloft to the end."""
+def _moves(task: Task, moves: list[_Move], *, held: bool) -> list[Action]:
+    """Its weight carried, and forces that bring it by ways or turn it, one after the other with a
+    moment between them. held: aloft to the end."""
     dt, first = task.clip.step_seconds, act.STEPS.first_step
     start, pushes = first, []
     total = sum(share for *_, share, _ in moves)
     steps = CARRYING.whole_share * task.clip.steps - (len(moves) - 1) * act.STEPS.hang_steps
     for way, direction, share, label in moves:
         half = max(round(steps * share / total / 2), 2)
+        if label.startswith("turn"):
+            rate = way / (2 * half * dt)
+            pushes += [
+                act.spin(task.name, direction, rate, start=start, duration=2 * half, label=label),
+                act.spin(
+                    task.name, direction, 0.0, start=start + 2 * half,
+                    duration=act.STEPS.hang_steps, label=f"{label}_stop",
+                ),
+            ]  # fmt: skip
+            start += 2 * half + act.STEPS.hang_steps
+            continue
         gain = way / (half * dt) ** 2
         forward, back = (
             act.toward_or_along(gain, **_along(side * direction), quantity="acceleration")
@@ -137,6 +174,10 @@ def _rise(task: Task, goal: _Goal, own_base: float) -> float:
     for way in (*_over(task), goal.offset):
         tops += [_top(layout, other) for other in met_across(task.layout, task.name, way)]
     least = max((top - own_base + clear for top in tops), default=0.0)
+    if turned_in_hand(task):
+        # Its corners clear what is below as it turns.
+        half = (layout.extent(task.name, WAYS["right"]), layout.height(task.name) / 2)
+        clear = max(clear, math.hypot(*half) - half[1] + CARRYING.min_clear_m)
     wanted = max(CARRYING.rise_sizes * layout.size(task.name), CARRYING.min_clear_m)
     return max(min(wanted, free_way(layout, task.name, WAYS["up"])), least, clear)
 
@@ -201,7 +242,8 @@ def _goal(task: Task) -> _Goal:
 def _level_way(task: Task) -> Direction | None:
     """The way to the side that is said: "is lifted up and carried off to the left"."""
     said = [frame for frame in task.intent.frames if frame.direction not in (None, "up", "down")]
-    for frame in said:
+    # "Tilted to the left" is no way to go.
+    for frame in (frame for frame in said if frame.sense not in _TURNED):
         for way in ways_of(frame.direction, frame, task.name, task.layout):
             return way
     return None

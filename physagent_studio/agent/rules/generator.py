@@ -12,6 +12,7 @@ from physagent_studio.agent.rules.contract.living import by_limbs, kept_upright
 from physagent_studio.agent.rules.scene.bodies import bodies_for
 from physagent_studio.agent.rules.scene.footing import (
     with_depth,
+    with_depth_of_like,
     with_hold,
     with_room,
     with_walls_weighed,
@@ -72,7 +73,7 @@ class RuleGenerator:
     ) -> PhysicalProgram:
         """The program over a completed scene state. masks: (H, W) bool of objects in the photo."""
         state = as_far_as_told(without_withdrawn(state, reading), reading)
-        state = with_room(with_depth(state))
+        state = with_room(with_depth_of_like(with_depth(state)))
         state = with_walls_weighed(state)
         reading = by_limbs(reading, Layout(state))
         state = with_hold(_with_landmarks(state, reading))

@@ -4,7 +4,8 @@ import pytest
 
 from physagent_studio.agent.rules import RuleGenerator
 from physagent_studio.language import inventory, read
-from physagent_studio.program.scene.state import Grounding
+from physagent_studio.program.scene.state import Box, Grounding, Sphere
+from tests.agent.rules.scenes import Stage
 from tests.agent.rules.varied_scenes import VARIED
 
 DOMINOES = ("first_domino", "second_domino", "third_domino", "last_domino")
@@ -53,3 +54,64 @@ def test_only_what_bounces_before_it_hits_something_hops_there(prompt, hops):
     program = RuleGenerator().first(stage.case(prompt), stage.reconstruct)
     labels = [action.id for action in program.event.actions]
     assert any(label.startswith("jump") for label in labels) == hops, labels
+
+
+ROW = Stage(
+    "row",
+    {"ball": (Sphere(radius=0.03), (-0.4, 3.0, 0.03), "floor")}
+    | {
+        name: (Box(size=(0.02, depth, 0.1)), (0.05 * k - 0.1, 3.0, 0.05), "floor")
+        for k, (name, depth) in enumerate(zip(DOMINOES, (0.05, 0.02, 0.02, 0.06), strict=True))
+    },
+)
+
+
+@pytest.mark.parametrize(
+    ("prompt", "order"),
+    [
+        (
+            "The ball rolls to the right and knocks over the first domino, and the dominoes fall "
+            "one after another.",
+            DOMINOES,
+        ),
+        ("The dominoes topple one after another.", DOMINOES),
+        (
+            "The last domino is pushed to the left, and the dominoes fall one after another.",
+            DOMINOES[::-1],
+        ),
+    ],
+)
+def test_a_row_goes_over_from_the_one_that_is_struck(prompt, order):
+    program = RuleGenerator().first(ROW.case(prompt), ROW.reconstruct)
+    wave = next(s for s in program.contract.statements if s.kind == "in_turn")
+    parts = {s.id: s.subject for s in program.contract.statements if s.kind == "topples"}
+    assert tuple(parts[one] for one in wave.of) == order
+    assert wave.ordered
+    assert wave.apart < 0.03
+
+
+def test_blocks_of_one_kind_are_as_deep_as_the_one_whose_side_is_seen_best():
+    program = RuleGenerator().first(ROW.case("The dominoes fall."), ROW.reconstruct)
+    blocks = [program.scene.object(name) for name in DOMINOES]
+    assert {one.shape.size[1] for one in blocks} == {0.05}
+    # Their fronts stay where they are seen.
+    assert [round(one.position[1] - one.shape.size[1] / 2, 3) for one in blocks] == [
+        2.975,
+        2.99,
+        2.99,
+        2.97,
+    ]
+
+
+def test_what_is_no_copy_of_another_block_keeps_its_depth():
+    stage = Stage(
+        "blocks",
+        {
+            "red_block": (Box(size=(0.1, 0.1, 0.1)), (-0.5, 3.0, 0.05), "floor"),
+            "blue_block": (Box(size=(0.2, 0.04, 0.1)), (0.1, 3.0, 0.05), "floor"),
+            "box": (Box(size=(0.1, 0.05, 0.1)), (0.6, 3.0, 0.05), "floor"),
+        },
+    )
+    program = RuleGenerator().first(stage.case("The box slides to the left."), stage.reconstruct)
+    depths = {item.name: item.shape.size[1] for item in program.scene.objects}
+    assert depths == {"red_block": 0.1, "blue_block": 0.04, "box": 0.05}

@@ -250,10 +250,25 @@ class _Draft:
         if not frame.timing:
             return
         told = [(events(group) or group)[0] for group in groups if group]
-        if len(told) > 1:
+        row = self._passed_on(frame, told) if frame.timing == "in_turn" else []
+        if len(told := row or told) > 1:
             wave = frame.timing == "in_turn" and len(told) > 3
             fields = {"apart": self._wave_seconds(frame)} if wave else {}
+            fields |= {"ordered": True} if row else {}
             self.told.state(Spec(frame.timing, fields, tuple(told)), frame.clause)
+
+    def _passed_on(self, frame: EventFrame, told: Sequence[Spec]) -> list[Spec]:
+        """A row that goes over from the one that brings down the others, the nearer ones sooner."""
+        known = all(self.layout.has(name) for name in (*frame.agent, *frame.patient))
+        if len(frame.agent) != 1 or not known or any(s.kind != "topples" for s in told):
+            return []
+        (first,) = frame.agent
+        row = {s.fields["subject"]: s for s in told}
+        if first in row or len(row) < 2:
+            return []
+        struck = replace(told[0], fields={**told[0].fields, "subject": first})
+        away = {name: self.layout.position(name) - self.layout.position(first) for name in row}
+        return [struck, *(row[n] for n in sorted(row, key=lambda n: float(away[n] @ away[n])))]
 
     def _wave_seconds(self, frame: EventFrame) -> float:
         """A row of dominoes goes down as a wave: closer after one another than two things do, and

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from physagent_studio.agent.rules.scene.measures import Layout
 from physagent_studio.knowledge import density_of, is_sheet, usual_size
+from physagent_studio.program.rotations import matrix_of
 from physagent_studio.program.scene.aloft import AIR
 from physagent_studio.program.scene.state import (
+    Box,
     Inflated,
     Landmark,
     Ramp,
@@ -18,6 +22,18 @@ from physagent_studio.program.scene.state import (
     Slab,
     Support,
 )
+from physagent_studio.reconstruction.grounding.same_kind import kind_name
+
+
+@dataclass(frozen=True, slots=True)
+class DepthSettings:
+    """Which blocks are taken for copies of one another."""
+
+    # ratio, 1.05..1.5: of widths and heights as they are seen, up to which blocks are alike
+    alike_ratio: float = 1.25
+
+
+DEPTH = DepthSettings()
 
 
 def with_room(state: SceneState) -> SceneState:
@@ -36,6 +52,63 @@ def with_depth(state: SceneState) -> SceneState:
     """
     objects = tuple(_deep_enough(item) for item in state.objects)
     return state.model_copy(update={"objects": objects}) if objects != state.objects else state
+
+
+def with_depth_of_like(state: SceneState) -> SceneState:
+    """The state with blocks of one kind and one size of front as deep as the one of them whose
+    side is seen best.
+
+    A block seen straight from its front shows nothing of its depth; a row of dominoes of several
+    depths twists as it falls. What is seen of each, its front, stays where it is.
+    """
+    eye = np.asarray(state.camera.position if state.camera is not None else (0.0, 0.0, 0.0))
+    found = {item.name: item for item in state.objects}
+    for item in _blocks(state):
+        like = [o for o in _blocks(state) if _alike(item, o)]
+        best = max(like, key=lambda one: _seen_from_the_side(one, eye))
+        if best is not item:
+            found[item.name] = _as_deep(item, best.shape.size[1], eye)  # type: ignore[union-attr]
+    objects = tuple(found.values())
+    return state.model_copy(update={"objects": objects}) if objects != state.objects else state
+
+
+def _blocks(state: SceneState) -> Sequence[SceneObject]:
+    """Blocks whose depth nobody has stated."""
+    return [
+        item
+        for item in state.objects
+        if isinstance(item.shape, Box)
+        and item.position is not None
+        and item.source not in ("given", "person")
+        and usual_size(item.name).depth is None
+    ]
+
+
+def _alike(one: SceneObject, other: SceneObject) -> bool:
+    """Whether two blocks are called alike, stand on the same and look alike from their fronts."""
+    assert isinstance(one.shape, Box)
+    assert isinstance(other.shape, Box)
+    same = kind_name(one.name) == kind_name(other.name) and one.support == other.support
+    ratios = np.log(np.array(one.shape.size) / np.array(other.shape.size))[[0, 2]]
+    return same and bool((np.abs(ratios) < math.log(DEPTH.alike_ratio)).all())
+
+
+def _seen_from_the_side(item: SceneObject, eye: np.ndarray) -> float:
+    """Sine, 0 … 1, between the way in which a block is deep and the line of sight."""
+    away = np.asarray(item.position) - eye
+    return abs(float(matrix_of(item.rotation)[:, 0] @ away)) / float(np.linalg.norm(away))
+
+
+def _as_deep(item: SceneObject, depth: float, eye: np.ndarray) -> SceneObject:
+    """The block with another depth, and its front where it was."""
+    assert isinstance(item.shape, Box)
+    width, before, height = item.shape.size
+    back = matrix_of(item.rotation)[:, 1]
+    back = back if float(back @ (np.asarray(item.position) - eye)) > 0 else -back
+    spot = np.asarray(item.position) + back * (depth - before) / 2
+    x, y, z = (round(float(part), 6) for part in spot)
+    shape = item.shape.model_copy(update={"size": (width, depth, height)})
+    return item.model_copy(update={"shape": shape, "position": (x, y, z)})
 
 
 def with_walls_weighed(state: SceneState) -> SceneState:

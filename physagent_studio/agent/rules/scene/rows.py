@@ -19,6 +19,9 @@ def as_waves(reading: Reading, layout: Layout) -> Reading:
     frames: list[EventFrame] = []
     for frame in reading.frames:
         row = _row(frame, layout)
+        if row and any(row[-1] in f.patient and row[0] not in f.patient for f in frames):
+            # The one that is struck, or told of before, is the one that falls first.
+            row = row[::-1]
         if not row:
             frames.append(frame)
             continue

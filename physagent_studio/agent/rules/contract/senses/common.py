@@ -18,6 +18,7 @@ from physagent_studio.agent.rules.contract.specs import (
 )
 from physagent_studio.agent.rules.scene.framing import good_way
 from physagent_studio.agent.rules.scene.measures import WAYS, place_name
+from physagent_studio.agent.rules.scene.sides import lying_from
 from physagent_studio.language import EventFrame
 from physagent_studio.program.actions import Direction
 
@@ -170,7 +171,8 @@ def touch(c: Context) -> list[Spec]:
 def gone_over(c: Context) -> Spec:
     """It falls over, as far as it has to for the posture in which it ends."""
     lying = c.frame.posture in ("side", "supine", "prone")
-    return spec("topples", c.subject, tilt=POSTURE.side_deg if lying else 45.0)
+    usual = POSTURE.side_deg if lying else 45.0
+    return spec("topples", c.subject, tilt=lying_from(c.layout, c.subject, usual))
 
 
 def lies_on_its_side(c: Context) -> list[Spec]:
@@ -260,10 +262,10 @@ def posture(c: Context) -> list[Spec]:
         return [any_of(flat, spec("topples", c.subject, tilt=POSTURE.over_deg))]
     if c.frame.posture == "upright":
         return [flat]
-    if c.frame.posture in ("supine", "prone"):
-        return [spec("topples", c.subject, tilt=POSTURE.side_deg), *sideways_fall(c)]
-    if c.frame.posture == "side":
-        return [spec("topples", c.subject, tilt=POSTURE.side_deg)]
+    if c.frame.posture in ("side", "supine", "prone"):
+        tilt = lying_from(c.layout, c.subject, POSTURE.side_deg)
+        aside = [] if c.frame.posture == "side" else sideways_fall(c)
+        return [spec("topples", c.subject, tilt=tilt), *aside]
     return [spec("topples", c.subject, tilt=135.0)] if c.frame.posture == "inverted" else []
 
 

@@ -108,6 +108,7 @@ def collapse(c: Context) -> list[Spec]:
         return [
             spec("falls", c.subject, drop=c.length(0.3, 0.02, 0.1)),
             *sideways_fall(c),
+            *_off_the_top(c),
             *_slowly(c),
         ]
     gone = any_of(
@@ -116,6 +117,14 @@ def collapse(c: Context) -> list[Spec]:
         spec("spreads", c.subject, factor=1.3),
     )
     return [spec("falls", c.subject, drop=c.length(0.1, 0.01, 0.1)), gone, *_slowly(c)]
+
+
+def _off_the_top(c: Context) -> list[Spec]:
+    """What was on top of a stack that comes down does not lie on what it stood on."""
+    below = c.layout.carrier(c.subject)
+    if below not in c.frame.patient or c.layout.above(c.subject):
+        return []
+    return [spec("leaves", c.subject, other=below)]
 
 
 def _slowly(c: Context) -> list[Spec]:

@@ -3,13 +3,26 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 from physagent_studio.agent.rules.scene.measures import WAYS, Layout
 from physagent_studio.agent.rules.scene.mechanics import G
 from physagent_studio.knowledge import grows, is_flag, is_loose, is_sheet, stiffness_of
 from physagent_studio.language import EventFrame, Reading
 from physagent_studio.program.scene.bodies import Body, Breakable, Cloth, Granular, Soft
+from physagent_studio.program.scene.materials import density_of
 from physagent_studio.program.scene.plants import plant_body
+
+
+@dataclass(frozen=True, slots=True)
+class WobbleSettings:
+    """How what is soft swings that is told to."""
+
+    # ratio, 0.01..0.1: of critical damping: gels and foams that are seen to wobble swing some times
+    damping_ratio: float = 0.03
+
+
+WOBBLE = WobbleSettings()
 
 
 def bodies_for(reading: Reading, layout: Layout) -> dict[str, Body]:
@@ -28,7 +41,22 @@ def bodies_for(reading: Reading, layout: Layout) -> dict[str, Body]:
             body = _body(frame, name, layout)
             if body is not None:
                 found.setdefault(name, body)
-    return found
+    wobbling = {n for f in reading.frames if f.sense == "sway" and not f.negated for n in f.patient}
+    return {
+        name: _wobbling(body, name, layout) if isinstance(body, Soft) and name in wobbling else body
+        for name, body in found.items()
+    }
+
+
+def _wobbling(body: Soft, name: str, layout: Layout) -> Soft:
+    """The soft body with so little loss that it swings on for a while, however soft it is."""
+    item = layout.state.object(name)
+    if item is None or grows(name):
+        return body
+    waves = math.sqrt(body.young / density_of(item))  # m/s
+    swing = math.pi / 2 * waves / max(layout.height(name), 0.01)  # rad/s, fixed at its foot
+    seconds = 2 * WOBBLE.damping_ratio / swing
+    return body.model_copy(update={"damping": min(body.damping, float(f"{seconds:.3g}"))})
 
 
 def _body(frame: EventFrame, name: str, layout: Layout) -> Body | None:

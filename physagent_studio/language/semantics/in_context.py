@@ -37,10 +37,17 @@ _GOES = ("move", "roll", "slide", "drift", "fly", "leave", "curve", "reverse")
 
 def _behind_what_went(frames: list[EventFrame]) -> None:
     """ "The truck drives off to the left, and the ball rolls after it": the same way, and later;
-    after what went nowhere, it goes towards it."""
+    after what went nowhere, it goes towards it. "The brick falls, and the board falls after it":
+    later."""
     for index, frame in enumerate(frames):
         ahead = frame.place("after")
-        if ahead is None or ahead.kind != "object" or frame.sense not in _GOES:
+        if ahead is None or ahead.kind != "object":
+            continue
+        if frame.sense not in _GOES:
+            told = frames[index - 1] if index else None
+            if told is not None and ahead.name in told.patient and frame.link == "then":
+                rest = tuple(row for row in frame.places if row[0] != "after")
+                frames[index] = replace(frame, places=rest, sequel=True)
             continue
         went = [f for f in frames[:index] if ahead.name in f.patient and f.sense in _GOES]
         led = next((f for f in reversed(went) if not f.negated), None)

@@ -36,6 +36,9 @@ class RepairSettings:
     aside_deg: tuple[float, ...] = (0.0, 4.0, -4.0)
     # ratio, 0.5..0.95: bounciness of what shall come back from what it meets, and of both
     bouncy_ratios: tuple[float, ...] = (0.7, 0.9)
+    # of its height, 0.1..1: that what shall be knocked over slides along, and is shoved
+    shoved_share: float = 0.25
+    gripping_friction: float = 2.0  # ratio, 1..3: of a rubber foot: it tips before it slides
     bouncing_ratios: tuple[float, ...] = (1.0, 2.0, 4.0, 8.0)  # ratio, 1..12: faster with that
 
 
@@ -150,10 +153,29 @@ def _harder(mismatch: Mismatch, situation: Situation) -> Iterator[tuple[Edit, ..
                 if elevation != force.elevation:
                     edits.append(SetField(path=f"{path}.elevation", value=round(elevation, 3)))
                 yield tuple(edits)
+                grip = _gripping(mismatch, situation)
+                if grip and not aside:
+                    yield (*edits, *grip)
                 if several == 1 and not pace_is_pinned(situation):
                     # What is too fast for the eye then is shown slower at once.
                     slower = max(program.clip.time_factor / factor, SLOWEST)
                     yield (*edits, *retimed(program, slower))
+
+
+def _gripping(mismatch: Mismatch, situation: Situation) -> tuple[Edit, ...]:
+    """What shall be knocked over and was shoved along instead stands on a foot that grips."""
+    item = situation.program.scene.object(mismatch.subject)
+    rollout = situation.rollout
+    if mismatch.code != "not_toppled" or item is None or rollout is None:
+        return ()
+    path = rollout.positions[:, rollout.index(item.name), :2]
+    slid = float(np.linalg.norm(path - path[0], axis=1).max())
+    if slid < REPAIRS.shoved_share * Layout(situation.program.scene).height(item.name):
+        return ()
+    if touch_of(item).friction >= REPAIRS.gripping_friction:
+        return ()
+    path = f"scene.objects.{item.name}.friction"
+    return (SetField(path=path, value=REPAIRS.gripping_friction),)
 
 
 _WITHSTANDS = ("not_toppled", "falls_short", "not_left", "not_fallen")

@@ -22,6 +22,8 @@ from physagent_studio.agent.rules.scene.hanging import (
     bounces_unseen,
     from_nowhere,
     in_the_air,
+    may_hang,
+    sizes_off,
 )
 from physagent_studio.agent.rules.scene.materials import ground_material, material_of, unknown
 from physagent_studio.agent.rules.scene.measures import Layout
@@ -60,6 +62,10 @@ class RuleGenerator:
                 scene = lying
             elif unseen:
                 scene = reconstruct(open_scene(case, reading, stock, aloft - unseen))
+        elif above := may_hang(case, reading, Layout(scene.state)):
+            hanging = reconstruct(open_scene(case, reading, stock, above))
+            if 2 * sizes_off(hanging.state) < sizes_off(scene.state):
+                scene = hanging
         # Which one is the taller, and what stands on what, is known only now.
         told = read(case.prompt, stock_in(case, scene.state))
         return self.program(case, told, scene.state, scene.masks)

@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from physagent_studio.agent.rules.scene.measures import WAYS, FloatArray, Layout, level
-from physagent_studio.knowledge import grows, is_sheet, kind_of
+from physagent_studio.knowledge import grows, is_sheet, kind_of, usual_size
 from physagent_studio.language import EventFrame, Reading
 from physagent_studio.program.preflight.scaling import farther
 from physagent_studio.program.scene.aloft import in_air
+from physagent_studio.program.scene.shapes import outline_of
 from physagent_studio.program.scene.state import Grounding, SceneObject, SceneState
 from physagent_studio.records import Case
 
@@ -94,6 +95,32 @@ def _falls_aside(frame: EventFrame, layout: Layout) -> bool:
     a thing is told by `in_the_air`."""
     below = frame.place(*_INTO)
     return below is not None and below.kind == "object" and layout.has(below.name)
+
+
+def may_hang(case: Case, reading: Reading, layout: Layout) -> frozenset[str]:
+    """Objects that the scene has on the ground, that fly off by themselves and come down, and that
+    are seen straight above another one: in the air over it, or far behind it; `sizes_off` tells."""
+    spots = {name: spot for name, given in case.objects if (spot := _spot(given)) is not None}
+    found: set[str] = set()
+    for name in spots:
+        told = [f for f in reading.frames if name in f.patient]
+        flies = bool(told) and told[0].sense in ("fly", "drift") and not told[0].agent
+        lands = any(f.sense in (*_FALLS, "bounce") and not f.negated for f in told)
+        on_ground = layout.has(name) and layout.carrier(name) == layout.ground()
+        if flies and lands and on_ground and not told[0].negated:
+            found |= {name} if any(_over(name, other, spots, None) for other in spots) else set()
+    return frozenset(found)
+
+
+def sizes_off(state: SceneState) -> float:
+    """By how much the sizes of a scene are not the usual ones, in squared spreads."""
+    off = 0.0
+    for item in state.objects:
+        usual = usual_size(item.name)
+        if usual.known and item.shape is not None:
+            longest = float(outline_of(item.shape).size.max())
+            off += float(np.log(longest / usual.metres) / usual.spread) ** 2
+    return off
 
 
 def as_far_as_told(state: SceneState, reading: Reading) -> SceneState:

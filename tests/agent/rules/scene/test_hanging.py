@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from physagent_studio.agent.rules.generator import stock_of
-from physagent_studio.agent.rules.scene.hanging import from_nowhere, in_the_air
+from physagent_studio.agent.rules.scene.hanging import from_nowhere, in_the_air, may_hang
 from physagent_studio.agent.rules.scene.measures import Layout
 from physagent_studio.language import read
 from physagent_studio.program.scene.state import (
@@ -96,3 +96,26 @@ def test_what_falls_and_cannot_fall_over_hung(
     case = Case("box", None, "", (("box", _at(300, 60)),), (), (), prompt)
     reading = read(prompt, stock_of(case))
     assert from_nowhere(case, reading, Layout(state)) == ({"box"} if hung else set())
+
+
+@pytest.mark.parametrize(
+    ("prompt", "expected"),
+    [
+        ("The green ball flies in an arc to the right and lands beside the bowl.", {"green_ball"}),
+        ("The green ball drifts to the left, falls and rolls on.", {"green_ball"}),
+        ("The green ball is thrown to the right and lands beside the bowl.", set()),
+        ("The green ball flies to the right.", set()),
+        ("The red ball flies in an arc to the right and lands beside the bowl.", set()),
+    ],
+)
+def test_what_flies_off_over_a_thing_may_hang(prompt: str, expected: set[str]) -> None:
+    case = _case(prompt)
+    ground = Support(name="floor", shape=Floor())
+    objects = tuple(
+        SceneObject(
+            name=name, shape=Box(size=(0.1, 0.1, 0.1)), position=(0.3 * k, 3, 0.05), support="floor"
+        )
+        for k, (name, _) in enumerate(case.objects)
+    )
+    layout = Layout(SceneState(objects=objects, supports=(ground,)))
+    assert may_hang(case, read(prompt, stock_of(case)), layout) == expected

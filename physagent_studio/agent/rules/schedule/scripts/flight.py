@@ -9,10 +9,11 @@ import numpy as np
 
 from physagent_studio.agent.rules.scene import mechanics as mech
 from physagent_studio.agent.rules.scene.framing import free_way, good_way
-from physagent_studio.agent.rules.scene.measures import WAYS, FloatArray, place_name, unit
+from physagent_studio.agent.rules.scene.measures import WAYS, FloatArray, level, place_name, unit
 from physagent_studio.agent.rules.scene.steps import descents
 from physagent_studio.agent.rules.schedule import actions as act
 from physagent_studio.agent.rules.schedule.scripts.task import Task
+from physagent_studio.language import Place
 from physagent_studio.program.actions import Action, Directed, Direction
 from physagent_studio.program.scene.bodies import FLUTTER, Cloth
 from physagent_studio.program.scene.materials import density_of
@@ -34,6 +35,8 @@ class FlightSettings:
     # 0.5..1: of the way that is to be gone by hops: while it is kicked it is carried on
     hop_way_share: float = 0.9
     bounced_share: float = 0.6  # 0.4..0.8: of the clip, after which it goes on, if not before
+    # own sizes, 0.3..2: from a thing, of what flies off above it and comes down beside it
+    beside_sizes: float = 0.8
     last_hop_m_s: float = 0.55  # m/s, 0.2..1: the same of what has to get somewhere by its hops
 
 
@@ -58,6 +61,9 @@ def through_air(task: Task) -> list[Action]:
     if target.kind == "object" and task.intent.has("land", "jump", "fall"):
         # Onto its top, and not against its side.
         rise += (layout.height(target.name) + layout.height(task.name)) / 2
+    beside = _beside(task, target)
+    if beside is not None:
+        distance, rise = float(np.hypot(beside[0], beside[1])), float(beside[2])
     if (hops := _hops(task)) > 1:
         distance, rise = distance / hops, 0.0
     seconds = float(np.clip(0.35 + 0.06 * distance, 0.4, task.seconds(0.35)))
@@ -69,8 +75,27 @@ def through_air(task: Task) -> list[Action]:
     speed, elevation = mech.launch(distance, rise, seconds, kick)
     if elevation < 10.0:
         speed, elevation = mech.launch(distance, rise, seconds * 1.4, kick)
-    force = act.toward_or_along(speed, toward=place_name(target), elevation=elevation)
+    if beside is None:
+        force = act.toward_or_along(speed, toward=place_name(target), elevation=elevation)
+    else:
+        force = act.toward_or_along(speed, vector=unit(level(beside)), elevation=elevation)
     return [act.push(task.name, force, duration=act.STEPS.kick_steps, label="kick")]
+
+
+def _beside(task: Task, target: Place) -> FloatArray | None:
+    """Way (3,), m, of what flies off over a thing to the ground beside it, on the side that is
+    said; None for what does not begin above the thing, or shall not get beside it."""
+    layout, near = task.layout, task.intent.place("near")
+    if near is None or near.name != target.name or not layout.has(target.name):
+        return None
+    way = WAYS[side if (side := task.way()) in ("left", "right", "toward_camera") else "right"]
+    off = layout.position(target.name) - layout.position(task.name)
+    half = layout.extent(target.name, way) + layout.extent(task.name, way)
+    if float(np.hypot(off[0], off[1])) > half or off[2] > 0:
+        return None
+    aside = half + FLIGHT.beside_sizes * layout.size(task.name)
+    foot = layout.ground_height() + layout.height(task.name) / 2
+    return level(off) + aside * way + WAYS["up"] * (foot - layout.position(task.name)[2])
 
 
 def _longest_leap(task: Task, rise: float) -> float:

@@ -110,6 +110,21 @@ def test_what_follows_goes_the_same_way_and_later(prompt: str, way: str | None, 
     assert [place.name for _, place in ball.places] == ([aim] if aim else [])
 
 
+@pytest.mark.parametrize(
+    "prompt",
+    [
+        "The brick falls to the ground first, and the board falls after it.",
+        "The brick falls down, then the board drops after the brick.",
+        "The brick tips over, and the board topples after it.",
+    ],
+)
+def test_what_happens_after_a_thing_happens_later(prompt: str) -> None:
+    *_, board = _frames(prompt, "brick board")
+    assert board.patient == ("board",)
+    assert board.sequel
+    assert not board.places
+
+
 def test_the_order_and_the_slowness_are_demanded() -> None:
     told = "The truck drives to the left, then the ball rolls slowly after it."
     program, path = _run(told, "ball")

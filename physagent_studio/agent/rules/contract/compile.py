@@ -252,7 +252,7 @@ class _Draft:
         told = [(events(group) or group)[0] for group in groups if group]
         row = self._passed_on(frame, told) if frame.timing == "in_turn" else []
         if len(told := row or told) > 1:
-            wave = frame.timing == "in_turn" and len(told) > 3
+            wave = frame.timing == "in_turn" and (bool(row) or len(told) > 3)
             fields = {"apart": self._wave_seconds(frame)} if wave else {}
             fields |= {"ordered": True} if row else {}
             self.told.state(Spec(frame.timing, fields, tuple(told)), frame.clause)

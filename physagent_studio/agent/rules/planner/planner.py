@@ -20,7 +20,7 @@ from physagent_studio.agent.rules.planner.overruled import (
 )
 from physagent_studio.agent.rules.planner.parameter_search import along_one, cross_entropy
 from physagent_studio.agent.rules.planner.parameters import Knob
-from physagent_studio.agent.rules.planner.repairs import structural
+from physagent_studio.agent.rules.planner.repairs import goes_in_turn, structural
 from physagent_studio.agent.rules.planner.stage_one import repair_likeness, repair_scene
 from physagent_studio.agent.rules.planner.trials import Candidate, Score, Search
 from physagent_studio.agent.rules.planner.wording import (
@@ -134,6 +134,8 @@ class RulePlanner:
         # Of a group that does not fall over no single number is to blame.
         falls = {m.subject for m in situation.assessment.diagnosis if m.code == "not_toppled"}
         idle |= len(falls) > 1
+        # A row that goes as one was struck too hard for any small change to tell.
+        idle |= "wrong_order" in codes and goes_in_turn(situation)
         if idle and not verified:
             found = self._restructured(situation, ways, search, bias, structural(situation))
             if found is not None:

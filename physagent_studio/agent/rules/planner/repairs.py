@@ -36,6 +36,8 @@ class RepairSettings:
     aside_deg: tuple[float, ...] = (0.0, 4.0, -4.0)
     # ratio, 0.5..0.95: bounciness of what shall come back from what it meets, and of both
     bouncy_ratios: tuple[float, ...] = (0.7, 0.9)
+    # ratio, 0.1..0.9: of its speed, of the blow that sends a row over
+    gentler_ratios: tuple[float, ...] = (0.6, 0.4, 0.25)
     # of its height, 0.1..1: that what shall be knocked over slides along, and is shoved
     shoved_share: float = 0.25
     gripping_friction: float = 2.0  # ratio, 1..3: of a rubber foot: it tips before it slides
@@ -51,7 +53,8 @@ def structural(situation: Situation) -> Iterator[tuple[Edit, ...]]:
     for mismatch in situation.assessment.diagnosis[:4]:
         found = (
             *_held(mismatch, situation), *_harder(mismatch, situation),
-            *_bouncier(mismatch, situation), *_added(mismatch, situation),
+            *_bouncier(mismatch, situation), *_gentler(mismatch, situation),
+            *_added(mismatch, situation),
             *_removed(mismatch, situation), *_other_arcs(mismatch, situation),
         )  # fmt: skip
         for edits in found:
@@ -191,6 +194,25 @@ def _sooner(name: str, force: Directed, layout: Layout, factor: float) -> tuple[
     seconds = across / max(force.magnitude * math.cos(tilt), 0.01) / factor
     speed, elevation = mech.launch(across, float(way[2]), max(seconds, across / fastest))
     return min(speed, fastest), elevation
+
+
+def _gentler(mismatch: Mismatch, situation: Situation) -> Iterator[tuple[Edit, ...]]:
+    """A row that shall go over one after another and goes as one: the blow that begins it."""
+    if mismatch.code != "wrong_order" or not goes_in_turn(situation):
+        return
+    for action in situation.program.event.actions:
+        force = getattr(action, "force", None)
+        if isinstance(force, Directed) and force.quantity == "target_speed" and not action.muted:
+            path = f"event.actions.{action.id}.force.magnitude"
+            for ratio in REPAIRS.gentler_ratios:
+                yield (SetField(path=path, value=float(f"{ratio * force.magnitude:.5g}")),)
+
+
+def goes_in_turn(situation: Situation) -> bool:
+    """Whether several things shall fall over one after another."""
+    statements = situation.program.contract.statements
+    over = {s.id for s in statements if s.kind == "topples"}
+    return any(s.kind == "in_turn" and set(s.of) <= over for s in statements)
 
 
 def _bouncier(mismatch: Mismatch, situation: Situation) -> Iterator[tuple[Edit, ...]]:

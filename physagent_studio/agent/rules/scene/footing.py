@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 
@@ -12,6 +13,7 @@ from physagent_studio.agent.rules.scene.measures import Layout
 from physagent_studio.knowledge import density_of, is_sheet, usual_size
 from physagent_studio.program.rotations import matrix_of
 from physagent_studio.program.scene.aloft import AIR
+from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import (
     Box,
     Inflated,
@@ -31,6 +33,8 @@ class DepthSettings:
 
     # ratio, 1.05..1.5: of widths and heights as they are seen, up to which blocks are alike
     alike_ratio: float = 1.25
+    # ratio, 0.9..0.99: of the boxes around a block as it is seen with its own depth and another
+    min_same_share: float = 0.94
 
 
 DEPTH = DepthSettings()
@@ -55,19 +59,21 @@ def with_depth(state: SceneState) -> SceneState:
 
 
 def with_depth_of_like(state: SceneState) -> SceneState:
-    """The state with blocks of one kind and one size of front as deep as the one of them whose
-    side is seen best.
+    """The state with blocks of one kind and one size of front equally deep, as most of what is
+    seen of them says.
 
     A block seen straight from its front shows nothing of its depth; a row of dominoes of several
-    depths twists as it falls. What is seen of each, its front, stays where it is.
+    depths twists as it falls. The front of each stays where it is, and what is seen to be less or
+    more deep keeps its depth.
     """
-    eye = np.asarray(state.camera.position if state.camera is not None else (0.0, 0.0, 0.0))
+    if state.camera is None:
+        return state
     found = {item.name: item for item in state.objects}
     for item in _blocks(state):
         like = [o for o in _blocks(state) if _alike(item, o)]
-        best = max(like, key=lambda one: _seen_from_the_side(one, eye))
-        if best is not item:
-            found[item.name] = _as_deep(item, best.shape.size[1], eye)  # type: ignore[union-attr]
+        changed = _as_deep(item, _usual_depth(like, state.camera), state.camera)
+        if len(like) > 1 and _looks_the_same(item, changed, state.camera):
+            found[item.name] = changed
     objects = tuple(found.values())
     return state.model_copy(update={"objects": objects}) if objects != state.objects else state
 
@@ -93,18 +99,44 @@ def _alike(one: SceneObject, other: SceneObject) -> bool:
     return same and bool((np.abs(ratios) < math.log(DEPTH.alike_ratio)).all())
 
 
-def _seen_from_the_side(item: SceneObject, eye: np.ndarray) -> float:
-    """Sine, 0 … 1, between the way in which a block is deep and the line of sight."""
-    away = np.asarray(item.position) - eye
-    return abs(float(matrix_of(item.rotation)[:, 0] @ away)) / float(np.linalg.norm(away))
+def _usual_depth(blocks: Sequence[SceneObject], camera: Camera) -> float:
+    """The depth of the one in the middle, where each counts by how much of its depth is seen."""
+    depths = np.array([block.shape.size[1] for block in blocks])  # type: ignore[union-attr]
+    aways = [np.asarray(block.position) - np.asarray(camera.position) for block in blocks]
+    along = [
+        float(matrix_of(block.rotation)[:, 1] @ away) / float(np.linalg.norm(away))
+        for block, away in zip(blocks, aways, strict=True)
+    ]
+    order = np.argsort(depths, kind="stable")
+    seen = np.sqrt(np.maximum(1 - np.square(along), 0.0))[order].cumsum()
+    return float(depths[order][int(np.searchsorted(seen, seen[-1] / 2))])
 
 
-def _as_deep(item: SceneObject, depth: float, eye: np.ndarray) -> SceneObject:
+def _looks_the_same(item: SceneObject, other: SceneObject, camera: Camera) -> bool:
+    """Whether the boxes around two blocks in the picture are nearly the same."""
+    boxes = [_box_in_the_picture(one, camera) for one in (item, other)]
+    low, high = np.maximum(boxes[0][0], boxes[1][0]), np.minimum(boxes[0][1], boxes[1][1])
+    common = float(np.prod(np.maximum(high - low, 0.0)))
+    areas = sum(float(np.prod(box[1] - box[0])) for box in boxes)
+    return common / max(areas - common, 1e-9) > DEPTH.min_same_share
+
+
+def _box_in_the_picture(item: SceneObject, camera: Camera) -> np.ndarray:
+    """(2, 2): lowest and highest pixel of a block."""
+    assert isinstance(item.shape, Box)
+    signs = np.array(list(product((-0.5, 0.5), repeat=3)))
+    corners = signs * np.array(item.shape.size) @ matrix_of(item.rotation).T
+    pixels, _ = camera.project(corners + np.asarray(item.position))
+    return np.stack([pixels.min(axis=0), pixels.max(axis=0)])
+
+
+def _as_deep(item: SceneObject, depth: float, camera: Camera) -> SceneObject:
     """The block with another depth, and its front where it was."""
     assert isinstance(item.shape, Box)
     width, before, height = item.shape.size
     back = matrix_of(item.rotation)[:, 1]
-    back = back if float(back @ (np.asarray(item.position) - eye)) > 0 else -back
+    away = np.asarray(item.position) - np.asarray(camera.position)
+    back = back if float(back @ away) > 0 else -back
     spot = np.asarray(item.position) + back * (depth - before) / 2
     x, y, z = (round(float(part), 6) for part in spot)
     shape = item.shape.model_copy(update={"size": (width, depth, height)})

@@ -104,7 +104,7 @@ def may_hang(case: Case, reading: Reading, layout: Layout) -> frozenset[str]:
     found: set[str] = set()
     for name in spots:
         told = [f for f in reading.frames if name in f.patient]
-        flies = bool(told) and told[0].sense in ("fly", "drift") and not told[0].agent
+        flies = bool(told) and told[0].sense == "fly" and not told[0].agent
         lands = any(f.sense in (*_FALLS, "bounce") and not f.negated for f in told)
         on_ground = layout.has(name) and layout.carrier(name) == layout.ground()
         if flies and lands and on_ground and not told[0].negated:

@@ -19,6 +19,7 @@ from physagent_studio.contract import measure
 from physagent_studio.program import Directed, PhysicalProgram, SetField, apply, value_at
 from physagent_studio.program.edits import AddItem, RemoveItem
 from physagent_studio.program.scene.materials import MATERIALS
+from physagent_studio.program.scene.state import Cylinder
 from physagent_studio.records import Memory, Mismatch, Proposal, RolloutEvidence
 from physagent_studio.simulation import simulate
 from tests.agent.rules.scenes import STAGES
@@ -242,6 +243,33 @@ def test_a_blow_that_fells_too_little_is_tried_much_harder() -> None:
     assert "not_toppled" in {m.code for m in situation.assessment.diagnosis}
     edits = [edit for tried in structural(situation) for edit in tried]
     assert {4.0, 7.0} <= {getattr(e, "value", None) for e in edits if e.path == SPEED}
+
+
+def test_what_is_shoved_along_is_tried_on_a_foot_that_grips_with_a_harder_blow() -> None:
+    stage, prompt = "lane", "The bowling ball rolls away and knocks over the middle pin."
+
+    def slippery(program: PhysicalProgram) -> PhysicalProgram:
+        squat = Cylinder(radius=0.15, height=0.2)
+        return apply(
+            program,
+            (
+                SetField(
+                    path="scene.objects.middle_pin.shape", value=squat.model_dump(mode="json")
+                ),
+                SetField(path="scene.objects.middle_pin.position", value=[0.0, 4.5, 0.1]),
+                SetField(path="scene.objects.middle_pin.friction", value=0.05),
+            ),
+        )
+
+    def grips(situation: Situation) -> list[tuple[str, ...]]:
+        told = [tuple(getattr(e, "path", "") for e in edits) for edits in structural(situation)]
+        return [paths for paths in told if "scene.objects.middle_pin.friction" in paths]
+
+    slid = situation_of(stage, prompt, slippery)
+    assert all(any(p.endswith("force.magnitude") for p in paths) for paths in grips(slid))
+    assert grips(slid)
+    still = replace(slid, rollout=None)
+    assert not grips(still)
 
 
 def test_a_throw_that_shifts_too_little_is_tried_faster_and_flatter() -> None:

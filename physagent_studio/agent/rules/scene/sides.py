@@ -17,7 +17,7 @@ class SideSettings:
 
     step_deg: float = 3.0  # degrees, 1..6: from one lean that is looked at to the next
     least_deg: float = 30.0  # degrees, 20..40: less is leaning or standing on a rounded foot
-    share: float = 0.9  # ratio, 0.7..1: of a side's lean, from which a thing lies on it
+    lying_share: float = 0.9  # ratio, 0.7..1: of a side's lean, from which a thing lies on it
 
 
 SIDES = SideSettings()
@@ -30,7 +30,7 @@ def lying_from(layout: Layout, name: str, usual: float) -> float:
     if body is None or body.outline is None or body.outline.is_ball:
         return usual
     nearest = _nearest_side(body.outline, body.matrices[0])
-    return usual if nearest is None else min(usual, round(SIDES.share * nearest, 1))
+    return usual if nearest is None else min(usual, round(SIDES.lying_share * nearest, 1))
 
 
 def _nearest_side(outline: Outline, matrix: FloatArray) -> float | None:

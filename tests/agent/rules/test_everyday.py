@@ -98,7 +98,7 @@ def test_a_row_that_one_topples_passes_it_on() -> None:
     prompt = "The first domino is pushed and topples the others in sequence."
     program = program_of("dominoes", prompt)
     told = {claim(s, program) for s in demanded(program)}
-    one_by_one = " and ".join(f"domino_{n} topples" for n in (2, 3, 4, 5))
+    one_by_one = ", then ".join(f"domino_{n} topples" for n in (1, 2, 3, 4, 5))
     assert f"{one_by_one}, one after another" in told
     assert "domino_1 touches domino_5" not in told
 

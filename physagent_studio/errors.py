@@ -3,8 +3,6 @@
 Everything that a person can cause derives from `StudioError` and is shown as one sentence.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 

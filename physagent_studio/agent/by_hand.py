@@ -1,7 +1,5 @@
 """Roles that a person plays: whose turn it is, and what the person finds laid out for it."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 
 from physagent_studio.program import PhysicalProgram

@@ -1,7 +1,5 @@
 """Who plays the three roles, and what they and the loop work with."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 

@@ -5,8 +5,6 @@ decision is a stored state, so it survives a restart. A stage-1 failure consumes
 never simulates. Every state that `advance` returns can be persisted and continued from.
 """
 
-from __future__ import annotations
-
 from physagent_studio.agent.by_hand import turn_of
 from physagent_studio.agent.crew import Bench, Crew
 from physagent_studio.agent.memory import changed_among, memory_of

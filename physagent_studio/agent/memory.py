@@ -1,7 +1,5 @@
 """`memory_of`: what the rounds on the path to the head have taught, small enough for a planner."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Iterable
 

@@ -1,7 +1,5 @@
 """Trying a proposal out before anybody decides on it; not a round."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import partial
 

@@ -1,7 +1,5 @@
 """Reviewer policies: who decides on a proposal. None means that a person is asked."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from datetime import UTC, datetime
 

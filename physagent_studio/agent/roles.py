@@ -3,8 +3,6 @@
 A rule-based agent, a language model and a person implement them alike.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Protocol

@@ -1,7 +1,5 @@
 """Measuring commands: each bench is a function that returns rows of figures with bounds."""
 
-from __future__ import annotations
-
 import importlib
 from collections.abc import Sequence
 from pathlib import Path

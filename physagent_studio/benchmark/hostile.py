@@ -1,7 +1,5 @@
 """Hostile and broken files of every kind that peers exchange: refused, how soon, with how much."""
 
-from __future__ import annotations
-
 import io
 import json
 import resource

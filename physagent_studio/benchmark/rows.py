@@ -1,7 +1,5 @@
 """A figure with its bound."""
 
-from __future__ import annotations
-
 from dataclasses import asdict, dataclass
 from typing import Any
 

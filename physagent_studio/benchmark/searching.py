@@ -1,7 +1,5 @@
 """Rows of `physagent bench sweep`: how much sooner two cores find a planner's proposal than one."""
 
-from __future__ import annotations
-
 import time
 from contextlib import closing
 from pathlib import Path

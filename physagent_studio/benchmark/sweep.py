@@ -1,8 +1,6 @@
 """`physagent bench sweep`: runs a second by each executor, a search in one process and in two, and
 whether all agree."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 from functools import partial

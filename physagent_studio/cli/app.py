@@ -3,8 +3,6 @@
 Rooms are imported inside the commands, so that `--help` and `validate` answer at once.
 """
 
-from __future__ import annotations
-
 import sys
 from dataclasses import asdict
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Benches by name: those of `benchmark`, and the studio's own, which only this room may reach."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """What a stored session gives away: its clip, a replay, a motion prior."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager

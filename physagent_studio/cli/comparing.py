@@ -1,7 +1,5 @@
 """`physagent study` and `physagent judge`: people, a model or VBench say which clips are better."""
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 from typing import Annotated

@@ -1,7 +1,5 @@
 """Reading what the command line is given; light, so that `validate` answers at once."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from physagent_studio.errors import InputError, ProgramError

@@ -1,7 +1,5 @@
 """The boundary of the command line: errors become one sentence and an exit code; what many take."""
 
-from __future__ import annotations
-
 import functools
 import os
 import sys

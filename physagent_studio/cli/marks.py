@@ -1,7 +1,5 @@
 """What `--object` says: where in the photo a thing is, and what it is called."""
 
-from __future__ import annotations
-
 import math
 import re
 

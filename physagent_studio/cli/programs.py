@@ -1,7 +1,5 @@
 """Commands on files: programs and cases, without a session."""
 
-from __future__ import annotations
-
 import hashlib
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """What `physagent studio` does once its address is printed: opens the target and serves."""
 
-from __future__ import annotations
-
 import os
 import signal
 import socket

@@ -1,7 +1,5 @@
 """`physagent session`: what can be done to one stored session."""
 
-from __future__ import annotations
-
 import shutil
 import tempfile
 from pathlib import Path

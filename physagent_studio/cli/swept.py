@@ -1,7 +1,5 @@
 """What `physagent sweep` and `attribute` do: targets from words, runs, tables, sentences."""
 
-from __future__ import annotations
-
 import sys
 from contextlib import closing
 from pathlib import Path

@@ -1,7 +1,5 @@
 """What a word on the command line means: a case, a session, a program or an image."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 

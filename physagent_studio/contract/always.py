@@ -1,7 +1,5 @@
 """What must be true of any rollout, whatever the prompt says."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from physagent_studio.arrays import FloatArray

@@ -1,7 +1,5 @@
 """Energy from nowhere, and motion without a cause."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from physagent_studio.arrays import BoolArray, FloatArray

@@ -1,7 +1,5 @@
 """Measures of what changes shape, spreads, breaks or sways."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

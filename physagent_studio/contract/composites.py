@@ -1,7 +1,5 @@
 """Measures of statements about other statements: counts, alternatives, order in time."""
 
-from __future__ import annotations
-
 import itertools
 
 from physagent_studio.contract.facts import Facts

@@ -1,7 +1,5 @@
 """Every statement of a contract, and the physics that always has to hold, on one rollout."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any

@@ -1,7 +1,5 @@
 """Measures of how an object moves and turns."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

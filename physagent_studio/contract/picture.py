@@ -1,7 +1,5 @@
 """Where things are in the picture, frame by frame: outlines through the camera, NumPy only."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Places that a statement names: landmarks, supports and objects as points, lines and outlines."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from typing import Literal
 

@@ -1,7 +1,5 @@
 """Measures of how often, how far and to which side of another thing something gets."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Measures of what touches, carries and lets go, and of coming to rest."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

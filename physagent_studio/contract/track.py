@@ -1,7 +1,5 @@
 """One object over a window of steps, what measuring a statement gives, and flat outlines."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

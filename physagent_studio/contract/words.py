@@ -1,7 +1,5 @@
 """Statements in plain English, for checklists and reports."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Callable
 from typing import Any

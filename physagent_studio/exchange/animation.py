@@ -1,7 +1,5 @@
 """Exports a rollout as animated binary glTF 2.0: textured objects that move, supports, camera."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """An annotation file: more of what a person would click, laid over a case; never an action."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """A case: a folder with `case.yaml` and a photo, or a bare photo with clicks."""
 
-from __future__ import annotations
-
 import difflib
 from collections.abc import Mapping
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Reads `case.yaml`: every finding is one sentence with the file and the line."""
 
-from __future__ import annotations
-
 import difflib
 import math
 import re

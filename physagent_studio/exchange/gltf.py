@@ -3,8 +3,6 @@
 Source: Khronos glTF 2.0 specification, sections 3.6 (accessors) and 4.4 (GLB).
 """
 
-from __future__ import annotations
-
 import json
 import struct
 from dataclasses import dataclass, field

@@ -1,7 +1,5 @@
 """Lessons of a session as a file: what helped against which mismatch, for the next session."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 

@@ -5,8 +5,6 @@ Their world is x right, y forward, z up like ours, and they count steps of `dt` 
 the motion there and has no place here is listed in `PeerSetup.left_out`.
 """
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Sequence

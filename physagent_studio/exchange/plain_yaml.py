@@ -4,8 +4,6 @@ Of YAML it takes mappings with text keys, lists and scalars of the 1.2 core sche
 duplicate keys, no merge keys, a bounded number of nodes (an alias counts every time it is used).
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field

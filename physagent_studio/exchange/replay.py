@@ -1,7 +1,5 @@
 """A session as one HTML file that opens anywhere, without a network and without this package."""
 
-from __future__ import annotations
-
 import base64
 import html
 import json

@@ -1,7 +1,5 @@
 """Columns as CSV, and as Parquet where pyarrow is."""
 
-from __future__ import annotations
-
 import csv
 import importlib
 from collections.abc import Mapping, Sequence

@@ -1,7 +1,5 @@
 """Tasks on a Ray cluster: one on this machine, or the one at an address. Needs the extra `ray`."""
 
-from __future__ import annotations
-
 import importlib
 import time
 from collections import OrderedDict

@@ -1,7 +1,5 @@
 """Decoders of pictures as tasks: bytes in, pixels out; imports little, for a new process waits."""
 
-from __future__ import annotations
-
 import cv2
 import numpy as np
 from numpy.typing import NDArray

@@ -1,7 +1,5 @@
 """What an executor is, what it limits, and how a task fails."""
 
-from __future__ import annotations
-
 import logging
 import traceback
 from collections.abc import Callable, Iterator

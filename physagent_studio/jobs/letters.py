@@ -1,7 +1,5 @@
 """Values over a socket: a pickle with its arrays beside it, and what may come back from a task."""
 
-from __future__ import annotations
-
 import copyreg
 import io
 import itertools

@@ -1,7 +1,5 @@
 """The other side: a process that carries out one task after the other, each under its limits."""
 
-from __future__ import annotations
-
 import importlib
 import os
 import pickle

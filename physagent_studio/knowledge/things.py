@@ -1,7 +1,5 @@
 """What a thing's name says of it: its kind, how large it usually is, what it is to others."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable
 from dataclasses import dataclass

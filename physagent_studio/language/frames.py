@@ -1,7 +1,5 @@
 """What the reader returns: typed event frames, places, and what it could not read."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Literal
 

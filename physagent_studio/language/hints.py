@@ -1,7 +1,5 @@
 """What a sentence says of a picture: of each thing in it, and of what else is to be seen there."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace

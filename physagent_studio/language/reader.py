@@ -1,7 +1,5 @@
 """Reads an English event prompt into event frames over the case's names."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from itertools import takewhile, zip_longest

@@ -1,7 +1,5 @@
 """What a sentence asks to be found: things by their words, with colour, size and place."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -6,8 +6,6 @@ that turns a quantity ("reduce the force"), and a bare fact ("the floor is slipp
 read from the words of `knowledge/degrees.yaml`; whose quantity it is, is settled elsewhere.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace

@@ -4,8 +4,6 @@ SI units. World frame right-handed, +x right in the image, +y away from the came
 quaternions (w, x, y, z). No value is NaN or infinite, none is unbounded.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Collection
 from itertools import chain, count

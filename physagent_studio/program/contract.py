@@ -4,8 +4,6 @@ What is said of one object is in `statements.py` and taken up here; composite st
 others by id. `contract` (the room) measures them; this file is only their schema.
 """
 
-from __future__ import annotations
-
 from typing import Annotated, Literal
 
 from pydantic import Field

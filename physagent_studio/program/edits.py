@@ -5,8 +5,6 @@ A path is dotted and names list items by their id or name (`event.actions.kick.v
 through `apply`, so whatever they ask for passes the same validation.
 """
 
-from __future__ import annotations
-
 import copy
 from collections.abc import Iterable
 from typing import Annotated, Any, Literal

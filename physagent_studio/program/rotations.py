@@ -1,7 +1,5 @@
 """Rotations: quaternions (w, x, y, z), matrices and Euler angles, in NumPy."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 

@@ -5,8 +5,6 @@ A statement names a `subject` object and is tied to the clause of the prompt tha
 them; statements about other statements are in `contract.py` beside this file.
 """
 
-from __future__ import annotations
-
 from typing import Annotated, Literal
 
 from pydantic import Field

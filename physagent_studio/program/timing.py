@@ -1,7 +1,5 @@
 """Slow motion and time lapse: another time factor for a program, its schedule kept in seconds."""
 
-from __future__ import annotations
-
 import math
 
 from physagent_studio.program.actions import (

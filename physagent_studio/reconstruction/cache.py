@@ -1,7 +1,5 @@
 """What a reconstruction depends on: when two states show the same, and the hash of all of it."""
 
-from __future__ import annotations
-
 import hashlib
 
 from physagent_studio.program.scene.state import SceneState

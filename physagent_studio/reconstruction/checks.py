@@ -1,7 +1,5 @@
 """The checks of stage 1: what was measured in the reconstruction, and whether that is fine."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass

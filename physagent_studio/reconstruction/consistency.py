@@ -4,8 +4,6 @@ A mask, a support or a camera that is wrong by itself often fits perfectly by it
 it away is that the picture shows something that could then not be seen.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """A contact sheet of a reconstruction: photo, masks, overlay, render over plate, other view."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import cv2

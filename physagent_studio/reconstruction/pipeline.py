@@ -5,8 +5,6 @@ landmarks, textures, background plate, checks. Only what is open is filled; mask
 of an earlier scene are reused where their inputs did not change.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace

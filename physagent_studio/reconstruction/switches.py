@@ -4,8 +4,6 @@ Things are sought on threads of their own, which know no context variables: what
 out for the whole process, and only benches and tests do so.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 

@@ -1,7 +1,5 @@
 """A scene without a photo: a program that states every number is drawn from its shapes alone."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """`Case`: the input image, the event prompt and the clicks that ground names in the image."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 import numpy as np

@@ -1,7 +1,5 @@
 """How a clip is shown when it leaves."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Literal
 

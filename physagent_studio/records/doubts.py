@@ -1,7 +1,5 @@
 """What a picture or a sentence leaves open: said with its probability, and asked about."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Container, Iterable, Mapping
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """What is measured, said, proposed and decided: `Check` … `Decision`, as plain data."""
 
-from __future__ import annotations
-
 import hashlib
 from dataclasses import dataclass
 from typing import Annotated, Literal

@@ -1,7 +1,5 @@
 """`LoopState`: the reflection loop as it is stored, with its rounds and who decides."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from typing import Literal, get_args
 

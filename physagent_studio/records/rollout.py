@@ -1,7 +1,5 @@
 """`Rollout`: what happened when a program ran; opened without MuJoCo."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Literal
 

@@ -1,7 +1,5 @@
 """A rollout as one compressed archive: plain arrays and JSON, no pickle, no MuJoCo needed."""
 
-from __future__ import annotations
-
 import dataclasses
 import hashlib
 import io

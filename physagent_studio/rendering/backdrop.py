@@ -1,7 +1,5 @@
 """The picture behind the objects where there is no photo: sky, a floor with a grid, supports."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import cv2

@@ -1,7 +1,5 @@
 """Smooth outlines: partly covered pixels mix an object with what lies behind it."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Self

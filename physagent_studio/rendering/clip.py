@@ -1,7 +1,5 @@
 """Clips: the frames of a rollout, one after the other, blurred over an open shutter if asked."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """`Compositor`: the scene prepared once, then one picture per set of poses."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 

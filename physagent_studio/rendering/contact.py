@@ -4,8 +4,6 @@ Light still gets there off the ground itself, so that its colour deepens: on a w
 lost first. How dark it is, is read off the photo around the feet that are seen.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import cv2

@@ -5,8 +5,6 @@ corners of its own, and one that is strained keeps its size and goes where its g
 that runs is seen as many small pieces of sand, not as a sheet.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from typing import Self
 

@@ -1,7 +1,5 @@
 """Exact flow: every pixel's surface point in another frame; normals; points tracked on."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Self
 

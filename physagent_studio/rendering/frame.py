@@ -1,7 +1,5 @@
 """`Frame`: one rendered picture with its per-pixel truth, and `Flow` between two of them."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

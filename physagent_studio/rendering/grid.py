@@ -1,7 +1,5 @@
 """Between a picture and a coarse grid over it, whose cells are `step` by `step` pixels."""
 
-from __future__ import annotations
-
 import cv2
 import numpy as np
 from numpy.typing import NDArray

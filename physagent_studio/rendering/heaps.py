@@ -6,8 +6,6 @@ closed by what is seen beside them, and the colours are those of the surrounding
 grain of the thing's own texture.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import cv2

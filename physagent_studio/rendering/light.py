@@ -1,7 +1,5 @@
 """Light on objects. A photo's texture already carries its light, so only the change counts."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from physagent_studio.rendering.raster import FloatArray

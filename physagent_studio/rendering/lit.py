@@ -1,7 +1,5 @@
 """Colours of things: photo textures or flat ones, without light, and the photo's light on them."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Self

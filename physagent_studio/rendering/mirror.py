@@ -1,7 +1,5 @@
 """Mirror images on polished ground: where the plate is without the old one, a new one is drawn."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from typing import Self
 

@@ -5,8 +5,6 @@ Real Scenes", 1998): a stand-in for the ground is traced with and without them, 
 multiplied by what that changes. Where nothing changes the plate is kept.
 """
 
-from __future__ import annotations
-
 import importlib
 import math
 from collections.abc import Mapping

@@ -1,7 +1,5 @@
 """`Scenery`: the picture behind the objects, with the shadows that they cast on it."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Self

@@ -5,8 +5,6 @@ object stands where the photo shows it, the photo itself is the better picture o
 as soon as it moves, the plate takes over within a few pixels of motion.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Self
 

@@ -1,7 +1,5 @@
 """Pictures laid out as a sheet, each under its label, and clicks drawn on them."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 

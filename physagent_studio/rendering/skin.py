@@ -1,7 +1,5 @@
 """The colours of objects: texture or flat colour, under the light of now."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Self

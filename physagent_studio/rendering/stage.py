@@ -1,7 +1,5 @@
 """What does not move: the ground that takes shadows and the supports that hide objects."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Self

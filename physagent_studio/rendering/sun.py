@@ -5,8 +5,6 @@ around the sky are tried; the one whose computed shadow agrees best with what is
 if it agrees well enough, and new shadows fall the same way.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 

@@ -5,8 +5,6 @@ compressed, rows are validated and written into tables of our own, and every fil
 a limited process before anything of it is kept.
 """
 
-from __future__ import annotations
-
 import hashlib
 import io
 import json

@@ -1,7 +1,5 @@
 """Scenes, pictures and cases as bytes: compressed NumPy archives and PNG, never pickles."""
 
-from __future__ import annotations
-
 import dataclasses
 import io
 import json

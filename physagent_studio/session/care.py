@@ -1,7 +1,5 @@
 """Looking after sessions: whether one is whole, making it so, and letting go of what it left."""
 
-from __future__ import annotations
-
 import json
 import re
 import sqlite3

@@ -1,8 +1,6 @@
 """Content-addressed files, named by the hash of their bytes, so never rewritten; and a lock of the
 kernel, which a process cannot keep beyond its end: one writer for each session."""
 
-from __future__ import annotations
-
 import fcntl
 import hashlib
 import os

@@ -1,7 +1,5 @@
 """The tables of a session, how older ones become these, and what a failing disk is called."""
 
-from __future__ import annotations
-
 import hashlib
 import sqlite3
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """How a session stands: it goes on, it waits, it was cut short, or it has ended in doubt."""
 
-from __future__ import annotations
-
 from physagent_studio.session.session import Session
 
 BEGUN, DONE, FAILED = "begun", "done", "failed"

@@ -1,7 +1,5 @@
 """The workspace: a folder of sessions."""
 
-from __future__ import annotations
-
 import os
 import re
 import secrets

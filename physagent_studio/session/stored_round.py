@@ -3,8 +3,6 @@
 A session of ten thousand rounds opens at once: of each only id, number and parent are read.
 """
 
-from __future__ import annotations
-
 import sqlite3
 import threading
 from collections.abc import Mapping

@@ -1,7 +1,5 @@
 """The engine alone, to measure what everything around it costs."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Mapping
 

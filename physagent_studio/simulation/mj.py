@@ -1,7 +1,5 @@
 """MuJoCo, whose bindings carry no types: `mj` is the module, the names below are for readers."""
 
-from __future__ import annotations
-
 import logging
 from typing import Any, TypeAlias
 

@@ -1,7 +1,5 @@
 """`simulate`: a physical program in, a rollout out."""
 
-from __future__ import annotations
-
 import hashlib
 from collections import OrderedDict
 from collections.abc import Callable, Mapping

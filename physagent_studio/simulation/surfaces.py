@@ -4,8 +4,6 @@ A surface is a pair (vertices (V, 3) float64 m, faces (F, 3) int32, counter-cloc
 outside), in the body frame.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

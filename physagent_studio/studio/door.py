@@ -3,8 +3,6 @@
 Knows nothing of viser; `guard` puts it in front of viser's listener.
 """
 
-from __future__ import annotations
-
 import contextlib
 import http
 import re

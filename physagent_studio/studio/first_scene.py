@@ -1,8 +1,6 @@
 """Before the first program is written: what the case marks stands in for it, edits wait, and what
 was found by words gives way to a hand."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 from physagent_studio.program.scene.state import Grounding, SceneObject, SceneState

@@ -6,8 +6,6 @@ checked before viser sees it, and one port serves our page, our socket and viser
 `tests/studio/test_guard.py` holds this against a change of viser.
 """
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 import io

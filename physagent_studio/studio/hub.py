@@ -5,8 +5,6 @@ of them, never a backlog. A browser that comes (or comes back) gets the newest o
 so a page is always rebuilt from what the server holds.
 """
 
-from __future__ import annotations
-
 import asyncio
 import itertools
 import json

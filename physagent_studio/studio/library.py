@@ -5,8 +5,6 @@ A browser names an entry by its key, never by a path. Files are immutable and na
 content, so that reading beside the worker is safe.
 """
 
-from __future__ import annotations
-
 import math
 import re
 import time

@@ -1,7 +1,5 @@
 """The painter: panels over the hub and the scene through viser, from a snapshot and a view."""
 
-from __future__ import annotations
-
 import time
 from typing import Any
 

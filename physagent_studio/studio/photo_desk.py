@@ -4,8 +4,6 @@ crash or hang fails that alone.
 The process keeps a desk of its own for every one here, so that what was found serves again.
 """
 
-from __future__ import annotations
-
 import itertools
 import threading
 import time

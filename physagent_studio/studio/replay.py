@@ -1,7 +1,5 @@
 """Files to take away: the session as one HTML page, and the scene as a recording."""
 
-from __future__ import annotations
-
 import base64
 import tempfile
 from collections.abc import Callable

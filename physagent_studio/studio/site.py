@@ -1,7 +1,5 @@
 """What the studio serves over HTTP besides viser: its page, pictures and files of the session."""
 
-from __future__ import annotations
-
 import re
 import threading
 from collections import OrderedDict

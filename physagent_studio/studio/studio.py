@@ -5,8 +5,6 @@ them off, turns intents into commands or into changes of the view, and draws: pa
 the hub, the scene through viser. Nothing else touches any of these, so no callback can race.
 """
 
-from __future__ import annotations
-
 import queue
 import socket
 import threading

@@ -5,8 +5,6 @@ one out: what the whole loses without a hunk. Shapley: what a hunk adds, on aver
 in which they could have been made; the values add up to what all of them bring together.
 """
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Carries out the runs of a sweep: each once, again where its worker dies, none that is known."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_EXCEPTION, ThreadPoolExecutor, wait
 from threading import Event, Lock

@@ -1,7 +1,5 @@
 """A sweep as columns, and as a page: success over two numbers, margins, contact times."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from html import escape
 from pathlib import Path

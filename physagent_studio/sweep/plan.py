@@ -1,7 +1,5 @@
 """Which programs a sweep runs: grids of fields, draws, and the uncertain numbers moved."""
 
-from __future__ import annotations
-
 import hashlib
 import itertools
 import math

@@ -5,8 +5,6 @@ Every uncertain number is moved at once, by a normal deviate of its own spread, 
 the camera says how uncertain their places are.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass

@@ -4,8 +4,6 @@ What a trial comes to does not depend on where it is made, or on whether it was 
 make a search faster and change nothing else.
 """
 
-from __future__ import annotations
-
 import threading
 import time
 from collections.abc import Callable, Sequence

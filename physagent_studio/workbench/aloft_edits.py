@@ -4,8 +4,6 @@ What moves along its line of sight and is scaled with its distance covers the sa
 the photo does not tell a small thing that hangs near from a large one that stands far away.
 """
 
-from __future__ import annotations
-
 from collections.abc import Collection
 
 import numpy as np

@@ -5,8 +5,6 @@ name that knowledge has for a surface, on which another marked thing is seen to 
 the sentence has something roll, and which the sentence itself leaves where it is, is one.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 

@@ -1,7 +1,5 @@
 """The one boundary where any failure becomes a sentence that a person is shown."""
 
-from __future__ import annotations
-
 import logging
 from collections.abc import Callable
 from typing import TypeVar

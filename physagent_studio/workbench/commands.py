@@ -3,8 +3,6 @@
 The bounds of fields hold for what comes from a browser.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path

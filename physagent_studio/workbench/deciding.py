@@ -1,7 +1,5 @@
 """A person's acts on a state of the loop, as values: decisions, verdicts, forks."""
 
-from __future__ import annotations
-
 from physagent_studio.agent import loop
 from physagent_studio.agent.by_hand import in_order, without_schedule
 from physagent_studio.errors import InputError

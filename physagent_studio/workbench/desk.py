@@ -1,7 +1,5 @@
 """The desk: one open session and what every command does to it. Synchronous, one thread."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Mapping
 from dataclasses import asdict

@@ -1,7 +1,5 @@
 """Binds the rooms to the loop: reconstruction, simulation, measurement, rendering, files."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import os

@@ -1,7 +1,5 @@
 """The first program of a case with its scene, where no session keeps them."""
 
-from __future__ import annotations
-
 from physagent_studio.agent.rules import RuleGenerator
 from physagent_studio.program import PhysicalProgram, SceneState
 from physagent_studio.reconstruction import reconstruct

@@ -1,7 +1,5 @@
 """Every command that changes a session, before and after: for the audit, a restart and a replay."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any

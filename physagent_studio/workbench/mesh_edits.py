@@ -1,7 +1,5 @@
 """A form from a mesh file becomes an object: how large it is, which way up, where it stands."""
 
-from __future__ import annotations
-
 import hashlib
 import re
 import zipfile

@@ -1,7 +1,5 @@
 """Things that nobody clicked: found by the words of the sentence, used where they are clear."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path

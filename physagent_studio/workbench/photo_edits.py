@@ -4,8 +4,6 @@ A correction opens everything that was read off the picture with it, so that rec
 it anew and the scene follows. What the person has pinned, or has brought along, stays.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Collection, Iterable, Iterator, Sequence
 

@@ -1,7 +1,5 @@
 """Programs as text from strangers: a long one is parsed in a limited process."""
 
-from __future__ import annotations
-
 from physagent_studio.errors import InputError
 from physagent_studio.jobs import JobFailed, Limits, shared
 from physagent_studio.program import PhysicalProgram

@@ -1,7 +1,5 @@
 """Writes what is on view as a video or a motion prior."""
 
-from __future__ import annotations
-
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path

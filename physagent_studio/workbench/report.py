@@ -1,8 +1,6 @@
 """What a finished loop amounts to, as plain data, and what is asked of a person before one goes on:
 masks more likely wrong than right."""
 
-from __future__ import annotations
-
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """`Snapshot`: the frozen picture of the workbench that views draw from; what a session costs."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from typing import Literal

@@ -1,7 +1,5 @@
 """What a draft makes, and what an edit under the pointer would make: run at once, kept at hand."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 

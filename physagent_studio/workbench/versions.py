@@ -1,7 +1,5 @@
 """Versions of the document: who made which, and whether a command was made against an older one."""
 
-from __future__ import annotations
-
 import re
 import threading
 from collections import Counter, deque

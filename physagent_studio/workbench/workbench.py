@@ -1,7 +1,5 @@
 """The workbench: a queue of commands, one worker thread that owns the document, snapshots out."""
 
-from __future__ import annotations
-
 import itertools
 import queue
 import threading

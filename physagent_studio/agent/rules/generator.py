@@ -1,7 +1,5 @@
 """G: from a case and its prompt to the first physical program. It never simulates."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
 

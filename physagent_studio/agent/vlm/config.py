@@ -4,8 +4,6 @@ The key is read here and nowhere else. It is held as a `SecretStr`, so that neit
 dump shows it, and messages about a bad config file never quote its values.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal

@@ -1,7 +1,5 @@
 """Puts the three roles together from settings."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable, Iterable, Mapping
 from functools import partial

@@ -1,7 +1,5 @@
 """Asks until a reply is valid JSON: the model gets the exact message back, at most twice."""
 
-from __future__ import annotations
-
 import json
 import re
 from collections.abc import Callable

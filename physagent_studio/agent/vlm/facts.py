@@ -1,7 +1,5 @@
 """What was measured, as short lines of text for the model."""
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Iterable

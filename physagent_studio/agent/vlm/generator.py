@@ -1,7 +1,5 @@
 """`VlmGenerator`: picture and sentence → scene, then contract and event program."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """`Line`: a role's connection to its model, with retries, budget, records and the tape."""
 
-from __future__ import annotations
-
 import json
 import time
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """Which paths of a program a planner may edit, at which stage, and what an edit entails."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from physagent_studio.agent.vlm.facts import rounded

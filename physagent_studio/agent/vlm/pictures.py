@@ -1,7 +1,5 @@
 """Pictures for the model: encoded, with rulers, side by side."""
 
-from __future__ import annotations
-
 import base64
 
 import cv2

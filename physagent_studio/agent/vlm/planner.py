@@ -1,7 +1,5 @@
 """`VlmPlanner`: assessment and memory → structured edits; never touches a pinned path."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """The action, statement and material references of the prompts, made from the published schema."""
 
-from __future__ import annotations
-
 import functools
 import inspect
 import typing

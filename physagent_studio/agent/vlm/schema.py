@@ -5,8 +5,6 @@ required (an optional one may be null), no defaults, no tuples, no `oneOf`. `str
 the same in that subset; `without_nulls` undoes it in a reply, so that defaults apply again.
 """
 
-from __future__ import annotations
-
 import functools
 import types
 import typing

@@ -4,8 +4,6 @@ Pictures are kept by their hash alone. A replay looks for the exact call first; 
 rendered pixels differ (another machine), the one recorded call with the same words will do.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import secrets

@@ -1,7 +1,5 @@
 """What a model's verdict and the measured facts make of a stage, together."""
 
-from __future__ import annotations
-
 import math
 
 from physagent_studio.agent.vlm.forms import StageOneReply, StageTwoReply

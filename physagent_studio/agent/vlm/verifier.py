@@ -1,7 +1,5 @@
 """`VlmVerifier`: judges from pictures and measured facts; a contradiction is flagged."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Literal
 

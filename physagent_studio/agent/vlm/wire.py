@@ -4,8 +4,6 @@ The SDK's own retries are off, since each attempt counts against the budget and 
 cancellable. Bodies are read here and not by the SDK, so that a reply of any size stays bounded.
 """
 
-from __future__ import annotations
-
 import asyncio
 import concurrent.futures
 import importlib

@@ -3,8 +3,6 @@
 A dose ends in minutes; `full` is all of it. A disk fails by limits of the kernel: errors are real.
 """
 
-from __future__ import annotations
-
 import os
 import random
 import resource

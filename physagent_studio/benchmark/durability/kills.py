@@ -1,7 +1,5 @@
 """kill -9 at random moments of everything that a session goes through, and what was left."""
 
-from __future__ import annotations
-
 import os
 import random
 import signal

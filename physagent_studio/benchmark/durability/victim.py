@@ -3,8 +3,6 @@
 `nursery` forks one for each line that it reads, so that a kill costs no start of an interpreter.
 """
 
-from __future__ import annotations
-
 import os
 import random
 import sys

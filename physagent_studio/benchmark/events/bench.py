@@ -5,8 +5,6 @@ the view hold) and its reference contract does not deny it. A person grades the 
 here stands for that.
 """
 
-from __future__ import annotations
-
 import statistics
 import sys
 from collections.abc import Iterable, Sequence

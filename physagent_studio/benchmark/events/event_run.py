@@ -1,7 +1,5 @@
 """One event of a case, run to the end; also as a process of its own, so that a crash is a row."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 import tempfile

@@ -5,8 +5,6 @@ no aim at a thing, no start on a condition, no holding or placing. What an actio
 out once, for the scene as it is at the start; what cannot be said so is left out.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any

@@ -1,7 +1,5 @@
 """Reference contracts: what a prompt demands, written by hand, held against a final rollout."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path

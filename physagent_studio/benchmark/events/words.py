@@ -1,7 +1,5 @@
 """`physagent bench words`: whether free words to the planner do what is meant, or ask."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any

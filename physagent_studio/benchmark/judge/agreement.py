@@ -1,7 +1,5 @@
 """Scores of the methods, and how far the judge agrees with itself when the order is swapped."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """A model's grades of pairs of clips, blind to their methods, each pair in both orders."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass

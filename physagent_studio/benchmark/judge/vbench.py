@@ -5,8 +5,6 @@ package pins older versions of what we use ourselves, so it runs in the Python o
 of its own; on videos and sentences of one's own it knows the dimensions below.
 """
 
-from __future__ import annotations
-
 import json
 import subprocess
 from collections.abc import Sequence

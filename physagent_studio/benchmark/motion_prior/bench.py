@@ -1,7 +1,5 @@
 """`physagent bench motion-prior`: flow, occlusion, speed and files of what is exported."""
 
-from __future__ import annotations
-
 import json
 import resource
 import tempfile

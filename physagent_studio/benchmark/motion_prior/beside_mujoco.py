@@ -4,8 +4,6 @@ MuJoCo draws through EGL, which has to be chosen before it is loaded: the compar
 its own that prints JSON. Where EGL is not to be had the rows say so.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import subprocess

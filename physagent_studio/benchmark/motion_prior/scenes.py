@@ -1,7 +1,5 @@
 """Scenes whose flow is known in closed form, a plate or a ball that moves; and the demo event."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -4,8 +4,6 @@ Every event is a picture, clicks and a sentence in a case folder, and runs as a 
 would. The first round of a run is the run without reflection: the same program, judged alike.
 """
 
-from __future__ import annotations
-
 import hashlib
 import html
 import os

@@ -1,7 +1,5 @@
 """The events of `events.yaml`, and the benchmark's scenes written as case folders."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache

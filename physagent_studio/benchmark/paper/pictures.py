@@ -1,7 +1,5 @@
 """Pictures of the scenes of `scenes.yaml`: the things put together, drawn, clicked and boxed."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

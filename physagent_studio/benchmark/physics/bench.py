@@ -1,7 +1,5 @@
 """`physagent bench physics`: the engine against closed forms, with the bounds we hold it to."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Physics bench: vessels, deformables, grains and breakage, and bounces that gain no energy."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from physagent_studio.benchmark.physics.scenes import ground, program, ring_mesh, thing

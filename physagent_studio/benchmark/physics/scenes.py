@@ -1,7 +1,5 @@
 """Small programs with a known answer, for the physics bench and the tests."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 
 import numpy as np

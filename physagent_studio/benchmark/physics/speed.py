@@ -1,7 +1,5 @@
 """Physics bench: what our stepping costs beside the bare engine."""
 
-from __future__ import annotations
-
 import gc
 import time
 from collections.abc import Callable

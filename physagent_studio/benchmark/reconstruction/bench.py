@@ -1,7 +1,5 @@
 """`physagent bench reconstruction`: synthetic truth, photographs, repeatability, time, memory."""
 
-from __future__ import annotations
-
 import json
 import math
 import resource

@@ -1,7 +1,5 @@
 """Reconstructed scenes: whether they cover their masks, and stay at rest while nothing is done."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

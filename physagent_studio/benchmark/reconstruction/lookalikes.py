@@ -3,8 +3,6 @@
 Exact masks come with each picture, so that methods are judged on pictures that nobody tuned to.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

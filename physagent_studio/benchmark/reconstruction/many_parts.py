@@ -3,8 +3,6 @@
 The pictures are those of `benchmark.scenes` from seed 2000 on, which nothing was fitted to.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 

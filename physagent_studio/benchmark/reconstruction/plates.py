@@ -4,8 +4,6 @@ The truth of a background plate: how far what was filled in is from what was the
 that make different mistakes visible (boards in perspective, tiles, carpet, a bare wall, a lane).
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass

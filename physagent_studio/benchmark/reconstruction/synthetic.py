@@ -3,8 +3,6 @@
 They are plainer than photographs on purpose: what they measure is geometry, not taste.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Things out of `things.yaml`: built from their parts with chance in every measure, and placed."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """Meshes of simple forms, each a grid of points wrapped around a body."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

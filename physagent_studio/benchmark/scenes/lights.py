@@ -1,7 +1,5 @@
 """Light on a drawn scene: a sun that is a little wide and a sky, with the shadows they cast."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

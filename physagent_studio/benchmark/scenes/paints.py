@@ -1,7 +1,5 @@
 """Colours of things, and the patterns that they are painted with."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """`scene`: things of one place put together, drawn, and seen through a camera like a photograph."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace

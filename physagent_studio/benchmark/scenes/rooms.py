@@ -1,7 +1,5 @@
 """What is around things: the ground that they stand on and the wall or the greenery behind."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -3,8 +3,6 @@
 A rater's page never learns which method made a clip: clips are asked for by trial and side.
 """
 
-from __future__ import annotations
-
 import json
 import re
 import threading

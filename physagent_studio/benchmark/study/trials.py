@@ -4,8 +4,6 @@ Pairs of clips, order and sides by chance, with catch trials; shares are exact b
 (Clopper and Pearson 1934).
 """
 
-from __future__ import annotations
-
 import csv
 import hashlib
 import itertools

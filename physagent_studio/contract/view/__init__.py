@@ -7,8 +7,6 @@ wheels) measure it. What needs drawn silhouettes comes as `Drawn`. No check wher
 or no run.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 from physagent_studio.contract.facts import Facts

@@ -1,7 +1,5 @@
 """What all view checks share: whom they are about, how one is made; and how fast was told."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 
 import numpy as np

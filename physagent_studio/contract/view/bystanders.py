@@ -1,7 +1,5 @@
 """What the sentence does not speak of is left alone: nothing that moves runs into it."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import Any
 

@@ -1,7 +1,5 @@
 """What goes along the ground stays as it stands, and what falls over does so the way it is told."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from physagent_studio.contract.facts import Facts

@@ -1,7 +1,5 @@
 """Is it in the picture, for as long as it has something to do there?"""
 
-from __future__ import annotations
-
 import numpy as np
 
 from physagent_studio.arrays import FloatArray

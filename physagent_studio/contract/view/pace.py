@@ -1,7 +1,5 @@
 """Can an eye follow it, and does it last? What moves when, from frame to frame."""
 
-from __future__ import annotations
-
 import itertools
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Does it begin as the photograph and end as told, on what it stands on?"""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 

@@ -7,8 +7,6 @@ ComfyUI's server has it: POST /upload/image, POST /prompt, GET /history/ID, GET 
 /interrupt where it is cancelled.
 """
 
-from __future__ import annotations
-
 import json
 import secrets
 import time

@@ -5,8 +5,6 @@ where it is black the picture stays, and the first picture stays whole, which is
 a first frame. diffusers, torch and what they need are an extra and imported when a video is made.
 """
 
-from __future__ import annotations
-
 import importlib
 import json
 from collections.abc import Iterator

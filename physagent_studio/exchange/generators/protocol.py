@@ -1,7 +1,5 @@
 """What a video generator is to us, and the embedded one: the clip as we draw it."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path

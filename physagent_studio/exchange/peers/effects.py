@@ -1,7 +1,5 @@
 """What a handler does to things, as the operators of our programs."""
 
-from __future__ import annotations
-
 import ast
 import re
 from collections.abc import Iterator, Mapping

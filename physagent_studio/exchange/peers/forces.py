@@ -6,8 +6,6 @@ on the picture by an eighth of its width (none) to a half (full) over the clip, 
 generators were taught, and so what a thing is given here as its first velocity.
 """
 
-from __future__ import annotations
-
 import csv
 import io
 import math

@@ -6,8 +6,6 @@ Those releases import the file and run it. Here it is parsed to its syntax tree 
 has no counterpart is listed with its line; nothing is dropped silently.
 """
 
-from __future__ import annotations
-
 import ast
 import re
 from collections.abc import Mapping, Sequence

@@ -4,8 +4,6 @@ A file may name meshes and pictures in its own folder or below; it may not inclu
 bodies of one form become objects, what is fixed to the world becomes supports; the rest is listed.
 """
 
-from __future__ import annotations
-
 import math
 import xml.etree.ElementTree as ET
 from pathlib import Path, PurePosixPath

@@ -5,8 +5,6 @@ of motion to weight (v² over g and length) in ours, where a thing has its metri
 gravity the picture is seen from above, and a thing moves on it as there.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path

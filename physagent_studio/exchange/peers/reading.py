@@ -1,7 +1,5 @@
 """Which peer a file is of."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path

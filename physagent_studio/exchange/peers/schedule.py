@@ -1,7 +1,5 @@
 """What a peer's file says of motion, as edits of a program whose scene is reconstructed."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

@@ -5,8 +5,6 @@ symbol (`Place`), so that "towards that one" survives as such (`Way`). Whatever 
 vocabulary raises `Unread`, and the caller lists it.
 """
 
-from __future__ import annotations
-
 import ast
 import math
 import operator

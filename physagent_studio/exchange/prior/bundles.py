@@ -1,7 +1,5 @@
 """A motion prior rewritten as others read it; each bundle is a folder beside its frames."""
 
-from __future__ import annotations
-
 import secrets
 import shutil
 import xml.etree.ElementTree as ET

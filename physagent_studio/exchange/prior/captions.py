@@ -1,8 +1,6 @@
 """What physically happens, a sentence for every twenty frames, for generators that take prompts
 per segment: read off the rollout, not off the wish."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

@@ -14,8 +14,6 @@ captions.json           what happens, per twenty frames
 tracks.npz              `pixels` (T, N, 2), `world` (T, N, 3), `visible` (T, N), `object` (N,)
 """
 
-from __future__ import annotations
-
 import importlib.metadata
 import json
 from collections.abc import Callable, Iterator

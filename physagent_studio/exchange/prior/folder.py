@@ -1,7 +1,5 @@
 """`Prior`: an exported motion prior, read frame by frame."""
 
-from __future__ import annotations
-
 import json
 import struct
 import zipfile

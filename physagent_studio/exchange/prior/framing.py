@@ -1,7 +1,5 @@
 """Another size and shape of picture: cropped or letterboxed, with everything that belongs to it."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Self
 

@@ -6,8 +6,6 @@ Wan-Fun (ComfyUI): a control video and the first picture. Go-with-the-Flow: 49 f
 noise (49, 60, 90, 16).
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
 

@@ -5,8 +5,6 @@ flow leads it. Where several come together they are summed, where one spreads it
 independent parts, so that every frame's noise stays Gaussian, of unit variance and white.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

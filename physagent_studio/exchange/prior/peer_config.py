@@ -1,7 +1,5 @@
 """The scene as a `config.yaml` of PhysAgent and RealWonder, with its picture."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

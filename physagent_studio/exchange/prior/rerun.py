@@ -1,7 +1,5 @@
 """The clip as a recording for Rerun's viewer: things that move, what they touch, the pictures."""
 
-from __future__ import annotations
-
 import importlib
 from pathlib import Path
 from typing import Any

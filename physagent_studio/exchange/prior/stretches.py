@@ -5,8 +5,6 @@ own (RFC 1951, joined by full flushes), so that one whose bytes are those of the
 kind is taken over; the bytes of a file depend on its content alone.
 """
 
-from __future__ import annotations
-
 import hashlib
 import io
 import json

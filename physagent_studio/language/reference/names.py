@@ -1,7 +1,5 @@
 """From noun phrases to the case's objects, supports and landmarks."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from types import MappingProxyType

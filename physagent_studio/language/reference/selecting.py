@@ -1,7 +1,5 @@
 """Which of several things are meant: by colour, position, order, and where they stand."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 

@@ -1,7 +1,5 @@
 """What a case names, and what was spoken of so far."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 from physagent_studio.knowledge import kind_of

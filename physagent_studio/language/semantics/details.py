@@ -1,7 +1,5 @@
 """What is gathered of a clause beside its verb, and the quantities, forces and paths in it."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Literal

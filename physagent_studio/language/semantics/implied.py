@@ -1,7 +1,5 @@
 """What a sentence leaves unsaid between two clauses: the blow that brings the second about."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from itertools import zip_longest
 

@@ -1,7 +1,5 @@
 """What a clause means in the light of those before and after it."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from itertools import pairwise
 

@@ -1,7 +1,5 @@
 """What a verb means in its clause: its sense with particle and object, its cause, its denial."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from physagent_studio.language.semantics.roles import Roles

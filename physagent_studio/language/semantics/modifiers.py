@@ -1,7 +1,5 @@
 """What a clause says beside its verb: directions, manners, places, postures, counts, causes."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 from physagent_studio.knowledge import is_container

@@ -1,7 +1,5 @@
 """From noun phrases to places: landmarks, supports, their parts, and objects as places."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 

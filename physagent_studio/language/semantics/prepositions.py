@@ -1,7 +1,5 @@
 """Prepositional phrases of a clause: places, ways, causes, quantities, who did it."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 from physagent_studio.knowledge import is_step, kind_of

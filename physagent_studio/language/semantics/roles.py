@@ -1,7 +1,5 @@
 """Who does what to whom: agents and patients of a clause, by the kind of its verb."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 from physagent_studio.language.frames import EventFrame, Place

@@ -1,7 +1,5 @@
 """Who a clause is about: its subject, a pronoun, what a relative clause hangs on."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field, replace
 
 from physagent_studio.language.frames import EventFrame

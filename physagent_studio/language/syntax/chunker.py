@@ -1,7 +1,5 @@
 """Cuts a sentence into chunks: noun phrases, prepositional phrases, verb groups, joints."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 from physagent_studio.language.syntax.measures import UNITS, amount_of

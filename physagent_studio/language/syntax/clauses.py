@@ -1,7 +1,5 @@
 """From chunks to clauses: one verb each, with its subjects, objects, places and adverbs."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """Everyday turns of phrase in plainer words: amounts, "does a flip", "too heavy to"."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from physagent_studio.language.syntax.measures import LENGTHS, ROUGHLY, UNITS

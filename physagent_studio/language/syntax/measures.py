@@ -1,7 +1,5 @@
 """Quantities with their units: lengths, speeds, times and angles."""
 
-from __future__ import annotations
-
 from physagent_studio.language.syntax.phrases import NounPhrase
 from physagent_studio.language.tokens.vocabulary import words_of
 

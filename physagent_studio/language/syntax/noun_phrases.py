@@ -1,7 +1,5 @@
 """Noun phrases: which words of a sentence name a thing, and what is said of it."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 

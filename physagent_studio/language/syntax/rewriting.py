@@ -1,7 +1,5 @@
 """Turns of phrase that are put into plainer order before a sentence is cut into chunks."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Sequence
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Fixed expressions of several words, and the plainer words that they are read as."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Iterable, Sequence
 
 from physagent_studio.knowledge import word_lists

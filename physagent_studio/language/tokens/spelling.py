@@ -5,8 +5,6 @@ long words, or in the case's own names, one letter. What has another meaning ("s
 one letter from "swings") stays unknown.
 """
 
-from __future__ import annotations
-
 import difflib
 import itertools
 import re

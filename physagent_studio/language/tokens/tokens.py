@@ -1,7 +1,5 @@
 """Words with their places in the prompt, and their base forms."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Verbs that the reader knows, as plain data: their senses, forms and particles."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Literal
 

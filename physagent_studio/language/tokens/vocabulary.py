@@ -1,7 +1,5 @@
 """The words that the reader knows, as plain data; nothing here belongs to one picture."""
 
-from __future__ import annotations
-
 from physagent_studio.knowledge import all_words, kinds, word_lists
 from physagent_studio.language.frames import Way
 from physagent_studio.language.tokens.verbs import COMBINED as COMBINED

@@ -1,7 +1,5 @@
 """Volumes, masses, friction and speeds of a program before it runs, from closed forms."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import Any

@@ -1,7 +1,5 @@
 """Preflight of the scene: overlaps, things in the air, sizes, densities, tunnelling."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 

@@ -1,7 +1,5 @@
 """What will probably go wrong, before anything runs: each finding with reason and suggestion."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from itertools import combinations
 

@@ -1,7 +1,5 @@
 """The same action, stronger or weaker, and the same shape, larger or thicker."""
 
-from __future__ import annotations
-
 import numpy as np
 from pydantic import JsonValue
 

@@ -1,7 +1,5 @@
 """Hollow shapes: which they are, and the boards of a box that is open at the top."""
 
-from __future__ import annotations
-
 from physagent_studio.program.scene import forms
 
 Size3 = tuple[float, float, float]

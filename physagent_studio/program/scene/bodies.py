@@ -5,8 +5,6 @@ pose. Grains and liquids fill the object's shape with spheres; a liquid is a vis
 frictionless spheres and not a fluid solver.
 """
 
-from __future__ import annotations
-
 from typing import Annotated, Literal
 
 from pydantic import Field

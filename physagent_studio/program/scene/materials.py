@@ -1,7 +1,5 @@
 """The materials table, and how two surfaces meet."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -14,8 +14,6 @@ J. Bot. 93, 1522: 8 to 20 % for crowns in leaf). Its weight then bends it by a f
 than wind alone, whatever its height, so that it does not sag.
 """
 
-from __future__ import annotations
-
 import math
 
 from physagent_studio.program.scene.bodies import Soft

@@ -1,7 +1,5 @@
 """Stairs: the treads of a ramp that has steps."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from physagent_studio.program.scene.forms import Ramp

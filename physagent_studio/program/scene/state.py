@@ -5,8 +5,6 @@ a number that a person or a case gave survives every rerun. Derived data (masks,
 background plate) are not here; they belong to `records.Scene`.
 """
 
-from __future__ import annotations
-
 from typing import Annotated, Any, Literal
 
 from pydantic import Field

@@ -1,7 +1,5 @@
 """What differs between two programs, in hunks that can be taken one by one."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import Any
 

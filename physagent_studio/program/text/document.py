@@ -4,8 +4,6 @@ Within a version fields are only added, and what a program does not say has its 
 programs that were ever written are of version 1.
 """
 
-from __future__ import annotations
-
 import json
 import re
 from collections.abc import Callable, Mapping

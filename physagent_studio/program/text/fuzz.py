@@ -1,7 +1,5 @@
 """Malformed programs by mutation of a valid one, for tests and for `physagent bench physics`."""
 
-from __future__ import annotations
-
 import random
 import time
 from dataclasses import dataclass

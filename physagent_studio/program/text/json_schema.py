@@ -1,7 +1,5 @@
 """The published JSON Schema of a program, and the names that it allows at a place."""
 
-from __future__ import annotations
-
 import functools
 from typing import Any
 

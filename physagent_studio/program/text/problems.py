@@ -1,7 +1,5 @@
 """Turns pydantic's findings into `Problem`s with readable paths, allowed values and lines."""
 
-from __future__ import annotations
-
 import difflib
 import re
 from collections.abc import Callable, Iterable, Mapping

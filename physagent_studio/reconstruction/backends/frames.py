@@ -5,8 +5,6 @@ column vectors. SAM 3D Objects: PyTorch3D camera, x left, y up, z forward, row v
 is y-up while its pose applies to the z-up local frame.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import ArrayLike
 

@@ -4,8 +4,6 @@ job/    job.json, image.png, masks/0.png …          written by us
 job/result/    result.json and what it names         written by the runner
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path

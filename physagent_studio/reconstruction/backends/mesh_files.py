@@ -1,7 +1,5 @@
 """Mesh files read safely: bounded before they are parsed."""
 
-from __future__ import annotations
-
 import io
 import struct
 from collections.abc import Mapping

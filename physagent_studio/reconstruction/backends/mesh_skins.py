@@ -1,7 +1,5 @@
 """Textures of mesh files: bounded before they are decoded, and sewn onto what is kept of a mesh."""
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Mapping

@@ -1,7 +1,5 @@
 """Meshes from files: one GLB, OBJ, PLY or STL for each object, with an optional pose."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path

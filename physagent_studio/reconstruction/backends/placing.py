@@ -1,7 +1,5 @@
 """Meshes that came from elsewhere become objects of a scene."""
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """`Reconstructor`: what every backend is, and the known ones by name."""
 
-from __future__ import annotations
-
 import importlib
 from collections.abc import Callable
 from pathlib import Path

@@ -1,7 +1,5 @@
 """SAM 2 as a `Segmenter`, out of process, through the same job folder."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,7 +1,5 @@
 """SAM 3D Objects, out of process: a job folder out, its meshes and poses in."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path

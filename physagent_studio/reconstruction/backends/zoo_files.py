@@ -3,8 +3,6 @@
 The only room of reconstruction that opens a connection, and only when a person asks for it.
 """
 
-from __future__ import annotations
-
 import http.client
 import os
 import shutil

@@ -6,8 +6,6 @@ ground lies below it, and the way people hold cameras. The answer is the best ro
 and the spread of the votes.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Pixels to places: where the ray of a pixel meets a plane of the scene."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

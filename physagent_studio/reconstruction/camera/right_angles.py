@@ -9,8 +9,6 @@ Follows the world of several level frames with one vertical of Schindler and Del
 World", CVPR 2004, with the turns tried that the edges themselves give.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

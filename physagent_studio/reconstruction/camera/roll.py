@@ -6,8 +6,6 @@ Pictures are mostly level, and much else leans: the answer is "level" unless man
 something else, and far fewer on that.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, replace
 

@@ -1,7 +1,5 @@
 """Metres: how high the camera is above each level plane, from things of known size."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 

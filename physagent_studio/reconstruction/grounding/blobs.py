@@ -1,7 +1,5 @@
 """Blobs: connected parts of a small picture that have a colour asked for, or stand out."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 

@@ -5,8 +5,6 @@ is graded for each thing, and the best assignment is proposed. A proposal is cle
 fits well and nothing else fits about as well; otherwise a person has to say.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations

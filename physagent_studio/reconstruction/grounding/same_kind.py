@@ -1,7 +1,5 @@
 """Things of one kind: what their names share, and the form that suits them all."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 from physagent_studio.knowledge import colours, words_of

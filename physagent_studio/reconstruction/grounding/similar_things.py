@@ -3,8 +3,6 @@
 Where there are some beside a thing, what is filled in behind it may go over them.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 

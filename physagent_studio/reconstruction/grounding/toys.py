@@ -5,8 +5,6 @@ well be a toy, and what stands around it tells which: things on one picture are 
 apart from the camera than a few times, so sizes that fit together say the same metres per pixel.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace

@@ -4,8 +4,6 @@ Inputs and outputs are those of the zoo's own runner (models/image_segmentation_
 Encoder and decoder are one network there, so every thing costs a pass over the whole picture.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from enum import IntEnum
 

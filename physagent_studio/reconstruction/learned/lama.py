@@ -5,8 +5,6 @@ picture over in blue, green, red. The network sees 512 pixels at a time: windows
 laid around the parts of a hole, from those of which most of the surroundings is known inwards.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass

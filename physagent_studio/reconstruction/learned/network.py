@@ -1,7 +1,5 @@
 """One network in OpenCV: its inputs by name in, outputs of a known shape and finite out."""
 
-from __future__ import annotations
-
 import threading
 from collections.abc import Mapping
 from typing import Any

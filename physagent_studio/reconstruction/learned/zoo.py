@@ -1,7 +1,5 @@
 """The files of OpenCV's model zoo that can be used: where they lie, and what has to be in them."""
 
-from __future__ import annotations
-
 import hashlib
 from dataclasses import dataclass
 from functools import lru_cache

@@ -1,7 +1,5 @@
 """Drafts inside a box, a person's or that of what the map shows, and which of them lead."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

@@ -4,8 +4,6 @@ From afar the outline of a box is the same turned by half about its middle: what
 side is seen on the other.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import cv2

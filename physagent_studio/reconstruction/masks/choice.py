@@ -5,8 +5,6 @@ the expected IoU of the best on offer the most: where a part, the whole and a gr
 all likely, each is there, instead of four readings of the likeliest.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

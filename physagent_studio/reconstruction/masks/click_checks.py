@@ -1,7 +1,5 @@
 """Whether clicks make sense: on something that stands out, and one name to a thing."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import combinations

@@ -1,7 +1,5 @@
 """What a mask shows by itself: its colours, the clicks it covers, its outline's contrast."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

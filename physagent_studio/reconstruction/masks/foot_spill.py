@@ -4,8 +4,6 @@ A ball covers what a sphere does. The outline of a round fruit is a circle, but 
 what sticks out at its foot belongs to what it lies on; stems and leaves are left as they are.
 """
 
-from __future__ import annotations
-
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Seeded GrabCut: from a trimap, and inside a box."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

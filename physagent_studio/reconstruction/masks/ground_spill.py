@@ -5,8 +5,6 @@ ground, and settles between them. What it takes off is only taken off where its 
 of the ground and none of the thing's: panels, cuffs and poles in a colour of their own stay.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Intelligent scissors: the way along edges of the picture from an anchor to the pointer."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Masks of a learned model among the embedded ones, ranked by the IoU expected of each."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from physagent_studio.reconstruction.masks.choice import CHOICE

@@ -1,7 +1,5 @@
 """Which drafts lead: what each shows by itself, and whether a network shows the same."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -5,8 +5,6 @@ Sought is the circle on which most of the outline lies, by sampled consensus (Fi
 away from it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 

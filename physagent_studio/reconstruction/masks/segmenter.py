@@ -4,8 +4,6 @@ Every object gets up to four candidate masks, best first, so that a person can t
 one. Everything is seeded: the same picture and clicks give the same bits.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace

@@ -4,8 +4,6 @@ Along a slope the picture is sheared, so that what all lines of that slope cost 
 over its rows; the best line to the left and the best to the right of a pixel make a bent line.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

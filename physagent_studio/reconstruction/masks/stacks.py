@@ -9,8 +9,6 @@ outline of the stack steps in, part layers of a sensible thickness, and lie betw
 which may be a little off.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations, pairwise

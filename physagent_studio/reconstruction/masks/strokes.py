@@ -1,7 +1,5 @@
 """Corrections that a person draws: what they cover is honoured exactly, the rest snaps to edges."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

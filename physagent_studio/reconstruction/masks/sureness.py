@@ -7,8 +7,6 @@ masks from a box were fitted by `tools/fit_sureness.py`, which also says how wel
 calibrated on scenes that it keeps out of the fit.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 

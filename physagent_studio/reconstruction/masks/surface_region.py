@@ -6,8 +6,6 @@ no thing as the network of `thing_map` knows them. The picture is smoothed to pa
 one counts whose rim lies on the strongest edges.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

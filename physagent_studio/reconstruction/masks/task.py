@@ -1,7 +1,5 @@
 """One thing to segment: its clicks in pixels of a part of the picture at working size."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import cv2

@@ -1,7 +1,5 @@
 """Masks to choose from where all methods agree: with the shadow or mirror image, wider, tighter."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 

@@ -4,8 +4,6 @@ The words are those of `colours.yaml`. Hue, saturation and value as OpenCV has t
 0 … 360, the others 0 … 1).
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Sequence
 

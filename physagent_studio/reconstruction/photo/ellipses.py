@@ -1,7 +1,5 @@
 """Large ellipses in the picture: circles painted or lying on a level plane."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import cv2

@@ -4,8 +4,6 @@ Exif 2.3 (CIPA DC-008): the 35 mm equivalent if it is given, else the lens's foc
 pitch of the sensor's pixels. A picture that was cut since says something of another picture.
 """
 
-from __future__ import annotations
-
 import math
 import struct
 from dataclasses import dataclass

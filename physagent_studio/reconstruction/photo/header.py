@@ -1,7 +1,5 @@
 """What a picture file says of itself, read without decoding a pixel."""
 
-from __future__ import annotations
-
 import re
 import struct
 from dataclasses import dataclass

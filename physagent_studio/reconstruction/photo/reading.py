@@ -1,7 +1,5 @@
 """Photos read safely: bounded by their header before a pixel is decoded."""
 
-from __future__ import annotations
-
 import hashlib
 from dataclasses import dataclass, replace
 from pathlib import Path

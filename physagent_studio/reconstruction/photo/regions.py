@@ -1,7 +1,5 @@
 """Operations on boolean masks that every segmenter shares."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

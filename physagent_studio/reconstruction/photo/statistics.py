@@ -1,7 +1,5 @@
 """Lengths and percentiles of small arrays: the bits of NumPy's own without what these cost."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Where each object stands before it has a shape: foot, height, and how sure its depth is."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -4,8 +4,6 @@ They are fitted as an object of that name would be, to the pixels that their cli
 given walls; what stands in them stands on their floor.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 

@@ -1,7 +1,5 @@
 """Nothing penetrates: bodies that would stand in one another are moved apart along the ground."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from itertools import combinations
 

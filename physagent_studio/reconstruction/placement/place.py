@@ -1,7 +1,5 @@
 """Objects put in their places, from the ground up: nothing penetrates, nothing floats unasked."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace

@@ -1,7 +1,5 @@
 """What stands on a pair of rails: over both of them, as low as they let it."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """An object set down on what it stands on: a plane, a slope, a tread, rails, another object."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 

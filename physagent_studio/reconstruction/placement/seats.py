@@ -1,7 +1,5 @@
 """Things that stand on a part of another that lies below its top: on a seat, before its back."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 

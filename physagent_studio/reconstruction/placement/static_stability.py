@@ -1,7 +1,5 @@
 """What is seen at rest stays at rest: centres of mass lie over what carries them."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass

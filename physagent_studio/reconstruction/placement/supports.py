@@ -1,7 +1,5 @@
 """Supports resolved: floors, slabs, ramps and walls from names, clicks and edges."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType

@@ -1,7 +1,5 @@
 """What rests on a slope is tilted with it: it is seen in a frame in which the slope is level."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """A box or a wedge on the ground, told in camera heights."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Supports that are seen whole: which are boxes and wedges, and what stands on them."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Mapping, Sequence

@@ -1,7 +1,5 @@
 """The corners of a table's top from a box around the table: its far edge, and its near one."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Supports from marks: a person clicked a ramp's ends, a table's corners or the foot of a wall."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace

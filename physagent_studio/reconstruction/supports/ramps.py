@@ -1,7 +1,5 @@
 """Ramps: the profile that the picture shows, in an upright plane that faces the camera."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -5,8 +5,6 @@ the upper one. A top that reaches down to it has a corner beside the table, in f
 near sides are moved in until their corners are on the table.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Boards of one shelf: above one another at one depth, each as much higher as it is seen higher."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 

@@ -1,7 +1,5 @@
 """Tables, shelves and steps: the visible edges of a top surface make a slab."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

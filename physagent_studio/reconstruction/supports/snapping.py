@@ -1,7 +1,5 @@
 """Clicked corners moved onto the edges that the picture shows: a hand is a few pixels off."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Stairs: a ramp with steps, how many, and what stands on one of them."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What stands on what, read from the masks alone, before anything is placed in space."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from itertools import pairwise

@@ -1,7 +1,5 @@
 """What stands on what: on supports, on one another, in the air, and where that is on the ground."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np

@@ -7,8 +7,6 @@ other side does not, along most of the line: joints between boards, and the edge
 on the top, have the top on both sides of them somewhere on their way.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

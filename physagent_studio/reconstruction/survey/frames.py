@@ -1,7 +1,5 @@
 """Upright frames in the picture: a goal, a gate, a doorway."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

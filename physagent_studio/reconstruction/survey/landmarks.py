@@ -1,7 +1,5 @@
 """Landmarks: places clicked, or shown by the picture, lifted into the world."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations

@@ -1,7 +1,5 @@
 """Sizes and levels of a picture: what things of known size say of the camera and the planes."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 

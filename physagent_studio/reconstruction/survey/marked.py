@@ -1,7 +1,5 @@
 """Masks of what is marked in the picture: candidates of every thing, regions of supports."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Tables as what ends them shows them: those that nobody clicked, and those whose clicks agree."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Lines painted on the ground: straight stripes that differ from what is on both of their sides."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

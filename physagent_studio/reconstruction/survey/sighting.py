@@ -1,7 +1,5 @@
 """The camera as the picture shows it: its cues gathered from masks, edges, names and words."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

@@ -4,8 +4,6 @@ Everything here happens before any object has a shape: masks, straight edges and
 which level planes there are and how high the camera is above them.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 

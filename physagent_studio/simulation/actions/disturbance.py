@@ -1,7 +1,5 @@
 """`ApplyDisturbance`: every model a closed form of time, seed and (for wind) velocity."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass

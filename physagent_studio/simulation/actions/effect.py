@@ -5,8 +5,6 @@ each control step, or before each engine step where `each_substep`, `end` once a
 Effects account for the work that they do on their target.
 """
 
-from __future__ import annotations
-
 import math
 from abc import ABC, abstractmethod
 from typing import Any

@@ -1,7 +1,5 @@
 """The nine operators at run time, by the class of their action."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from physagent_studio.program import actions

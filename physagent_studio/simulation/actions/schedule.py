@@ -1,7 +1,5 @@
 """When actions start and end: fixed windows, and starts on a condition."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType

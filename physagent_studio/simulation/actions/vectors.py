@@ -1,7 +1,5 @@
 """Turns a vector of the program, plain or by meaning, into numbers while it runs."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """`World`: the running engine as actions see it, object by object, in the world frame."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, field
 

@@ -5,8 +5,6 @@ runs. Such a body resists being tilted as if it were far heavier to turn about l
 the upright one it turns, and along the ground it moves, as before.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

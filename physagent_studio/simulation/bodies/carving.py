@@ -6,8 +6,6 @@ until what is left is nearly convex, and the surface over each part becomes one 
 and the same on every machine; hollows that no silhouette shows are left to `convex`.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import lru_cache
 

@@ -4,8 +4,6 @@ The object's pose is that of its nodes as a whole: the centre of mass, and the r
 the nodes' present places best to their first ones.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from itertools import pairwise
 

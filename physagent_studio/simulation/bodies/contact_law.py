@@ -1,7 +1,5 @@
 """A pair's restitution in MuJoCo's terms; how two materials meet is `materials.combine`."""
 
-from __future__ import annotations
-
 IMPEDANCE = (0.99, 0.99, 0.001, 0.5, 2.0)
 """Nearly hard contact (`solimp`): 99 % of the demanded deceleration at any depth."""
 

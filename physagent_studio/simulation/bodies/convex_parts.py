@@ -4,8 +4,6 @@ CoACD (Wei et al. 2022) is optional: `pip install 'physagent-studio[convex]'`. I
 per mesh, which the simulator keeps.
 """
 
-from __future__ import annotations
-
 import importlib.util
 import io
 import os

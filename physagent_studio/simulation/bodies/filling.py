@@ -1,7 +1,5 @@
 """Points on and in a shape, from which deformables, grains and pieces are made."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

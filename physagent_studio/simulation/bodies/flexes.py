@@ -5,8 +5,6 @@ along that body's axes. Soft and plastic bodies deform as a quadratic map of the
 coordinates), which is fast and bends; cloth and rope have a node at every corner.
 """
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Iterable

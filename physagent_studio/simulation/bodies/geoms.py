@@ -1,7 +1,5 @@
 """Geoms of a spec: the convex pieces of objects and supports, and what supports are made of."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

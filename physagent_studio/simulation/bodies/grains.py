@@ -1,7 +1,5 @@
 """Grains, liquids and cut pieces: one object as many bodies with geoms."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from itertools import combinations, product
 

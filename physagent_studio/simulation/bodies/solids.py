@@ -1,7 +1,5 @@
 """What a shape weighs and what it collides as: convex pieces that MuJoCo takes as they are."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace

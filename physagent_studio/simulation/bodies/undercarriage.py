@@ -4,8 +4,6 @@ What is inflated from its outline stands on what of it is lowest in the picture.
 at an angle has its far wheels higher there, so that its body would fall over where the car stands.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Surfaces of revolution: solid ones cut into convex slices, hollow ones into wall segments."""
 
-from __future__ import annotations
-
 import math
 from itertools import pairwise
 

@@ -1,7 +1,5 @@
 """Joints of breakable objects that let go, and the contacts between pieces that begin then."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from physagent_studio.program import PhysicalProgram

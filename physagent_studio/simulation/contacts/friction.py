@@ -16,8 +16,6 @@ The same holds for what is wedged: a ring on a cone touches it all around, what 
 side pushes it on at the other, and gentle friction kept it rattling for ever.
 """
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 from collections.abc import Sequence

@@ -1,7 +1,5 @@
 """Readings of the engine's contacts during a run, kept in tables that grow."""
 
-from __future__ import annotations
-
 from bisect import bisect_left
 from typing import TypeVar
 

@@ -8,8 +8,6 @@ energy. With rest as the aim of every contact, along it as across, no step can g
 that is how such a control step is run again. A wedge does hold what falls into it.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from physagent_studio.simulation.mj import mj

@@ -8,8 +8,6 @@ the next one, or to the end of its control step. Where an object touches one thi
 action is at work, the impulse follows from what became of its momentum, see `momentum`.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -15,8 +15,6 @@ much as that force would bend it.
 Lying on its side it slides as its material does; so it does against what it runs into.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import Any, TypeAlias

@@ -1,7 +1,5 @@
 """A scene's structure → compiled MuJoCo model, through specs in memory and never files."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 

@@ -5,8 +5,6 @@ meet, see `calm`. Plain numbers rather than arrays: most scenes have a handful o
 look at them costs less than the first array operation.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -9,8 +9,6 @@ An elastic body that stands or sticks out from where it is held is seen bent by 
 first shape is taken to carry that already, so that it does not sag and sway before anything acts.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -6,8 +6,6 @@ all contacts. So the places of the fields are asked for once, and the same memor
 one table of numbers and one of integers.
 """
 
-from __future__ import annotations
-
 from functools import cache
 from typing import Any
 

@@ -5,8 +5,6 @@ The structure (shapes, supports, who may be fixed) is compiled once and cached; 
 before each run, on the first run too, so that a cached model gives the same bits as a new one.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """One object of the running engine: read and written as a whole, in the world frame."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from physagent_studio.program.rotations import cross, matrix_of, quaternion_of

@@ -1,7 +1,5 @@
 """The stepping loop: control steps cut into engine steps, and whether a run is still physics."""
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Callable

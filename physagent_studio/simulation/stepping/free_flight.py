@@ -10,8 +10,6 @@ fast a plane across it is used up. Within that time a run at a stretch gives the
 by step.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -6,8 +6,6 @@ that of its weight, is exactly what its contacts gave it. Where it touches one t
 is the impulse of this contact.
 """
 
-from __future__ import annotations
-
 import dataclasses
 from dataclasses import replace
 

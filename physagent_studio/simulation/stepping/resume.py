@@ -1,7 +1,5 @@
 """Runs again from a snapshot: what an edit cannot have changed is taken over bit by bit."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 from typing import Any

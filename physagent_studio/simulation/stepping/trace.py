@@ -1,7 +1,5 @@
 """What a run writes down while it goes."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 import numpy as np

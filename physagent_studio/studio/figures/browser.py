@@ -3,8 +3,6 @@
 Chromium draws with the processor here (SwiftShader), as it does for whoever has no graphics card.
 """
 
-from __future__ import annotations
-
 import importlib.util
 import math
 import shutil

@@ -1,7 +1,5 @@
 """How soon the four masks are there after a click in the photo, or a box: from page to page."""
 
-from __future__ import annotations
-
 import json
 import statistics
 import time

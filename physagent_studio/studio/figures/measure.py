@@ -1,7 +1,5 @@
 """Measures a studio: from an intent to the wire, and in a real browser where there is one."""
 
-from __future__ import annotations
-
 import gc
 import json
 import random

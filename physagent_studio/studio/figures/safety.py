@@ -1,7 +1,5 @@
 """What strangers can do to a studio: `physagent bench safety` prints one row for every attack."""
 
-from __future__ import annotations
-
 import contextlib
 import http.client
 import json

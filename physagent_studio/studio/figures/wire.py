@@ -1,8 +1,6 @@
 """What is measured with: values with bounds, many balls that drift, a session of many rounds, and a
 page and a viewer as a browser has them, over the wire, without a browser."""
 
-from __future__ import annotations
-
 import contextlib
 import json
 import resource

@@ -1,7 +1,5 @@
 """Which arrows an action and a moving object have: world vectors, and how long they look."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

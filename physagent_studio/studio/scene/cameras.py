@@ -1,7 +1,5 @@
 """Each browser's own camera: the photo's view with the photo behind, and other fixed views."""
 
-from __future__ import annotations
-
 import math
 import time
 from dataclasses import dataclass, field, replace

@@ -6,8 +6,6 @@ drawn as one plain mesh that puts on the texture of its hidden rigid form in the
 its main colours.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

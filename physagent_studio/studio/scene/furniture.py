@@ -1,7 +1,5 @@
 """What stands still around the objects: supports, the camera that took the photo, gravity, axes."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 

@@ -1,7 +1,5 @@
 """Ghosts and paths: where things go in other rounds, and where they go in this one."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np

@@ -11,8 +11,6 @@ Source of the curve: three.js r16x, `tonemapping_pars_fragment.glsl`, `ACESFilmi
 (Stephen Hill's fit), exposure 1.
 """
 
-from __future__ import annotations
-
 import cv2
 import numpy as np
 from numpy.typing import NDArray

@@ -4,8 +4,6 @@ At the beginning of the clip the handles say how it starts. Later, physics says 
 the handle says where it should be: that is a wish, which the agent answers with a proposal.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 

@@ -4,8 +4,6 @@ The tip of an action's arrow can be dragged: along the ground plane, or with Shi
 the picture. Letting go sends the new vector.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Where things are on a step, how much room a scene takes, and who is held."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
 

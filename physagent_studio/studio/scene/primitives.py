@@ -1,7 +1,5 @@
 """Meshes of declared shapes, for programs that have no photo to take them from."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

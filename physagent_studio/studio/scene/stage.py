@@ -4,8 +4,6 @@ Nodes are made when the scene changes and only moved afterwards. All methods are
 studio's one thread.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 

@@ -4,8 +4,6 @@ What the camera saw is laid on what it saw; beyond the photo's border the pictur
 blurred, which is no more than a colour for what nobody has seen.
 """
 
-from __future__ import annotations
-
 import math
 
 import cv2

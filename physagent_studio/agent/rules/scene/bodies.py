@@ -1,7 +1,5 @@
 """How things hold together, where the event asks for more than a rigid body."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

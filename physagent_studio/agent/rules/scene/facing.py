@@ -1,7 +1,5 @@
 """Which way what has a front faces, as far as a scene says: its longer side, a likely front."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """What nobody measured is made such that things stand: ramps wide enough, bodies deep enough."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

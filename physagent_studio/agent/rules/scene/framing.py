@@ -1,7 +1,5 @@
 """How far things can go in the picture: the way that the frame, edges and other things leave."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """What hangs in the air when the event begins, by the words of the prompt and by the clicks."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from physagent_studio.agent.rules.scene.measures import WAYS, FloatArray, Layout, level

@@ -1,7 +1,5 @@
 """What things are made of, by their name and the adjectives the prompt gives them."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Sequence
 

@@ -1,7 +1,5 @@
 """Textbook mechanics: speeds, angles and times that an event needs. SI units."""
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

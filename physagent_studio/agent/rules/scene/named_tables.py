@@ -4,8 +4,6 @@ A photo that a table fills shows one level, and things slide about on it as on a
 prompt has something come off that table, or speaks of its edge, the table is a support of its own.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 
 from physagent_studio.knowledge import is_surface, support_kind

@@ -1,7 +1,5 @@
 """Rows of things that stand within reach of one another and fall one after another."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from itertools import pairwise
 

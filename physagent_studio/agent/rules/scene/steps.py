@@ -1,7 +1,5 @@
 """Steps, given as supports of their own or as one flight: which of them go down from where."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from physagent_studio.agent.rules.scene.measures import UP, FloatArray, Layout, level

@@ -3,8 +3,6 @@
 A support cannot move in the physics; what stood on it is held for a moment and then let go.
 """
 
-from __future__ import annotations
-
 from physagent_studio.agent.rules.scene.measures import Layout
 from physagent_studio.language import Reading
 from physagent_studio.program.scene.aloft import AIR

@@ -1,7 +1,5 @@
 """What went wrong, in words and figures: from failed checks to mismatches, never a remedy."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

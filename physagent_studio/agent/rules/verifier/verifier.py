@@ -1,7 +1,5 @@
 """V: judges the reconstruction and the rollout from measured facts; never proposes."""
 
-from __future__ import annotations
-
 from physagent_studio.agent.rules.verifier.diagnosing import mismatches, stage_one_mismatch
 from physagent_studio.language.tokens.vocabulary import words_of
 from physagent_studio.records import (

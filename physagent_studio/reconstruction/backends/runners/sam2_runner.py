@@ -6,8 +6,6 @@ the model hub. JOB/result is written; the product reads it.
 
 # pyright: reportMissingImports=false
 
-from __future__ import annotations
-
 import json
 import sys
 from pathlib import Path

@@ -7,8 +7,6 @@ written; the product reads it.
 
 # pyright: reportMissingImports=false
 
-from __future__ import annotations
-
 import json
 import sys
 from pathlib import Path

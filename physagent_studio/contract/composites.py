@@ -4,31 +4,23 @@ import itertools
 
 from physagent_studio.contract.facts import Facts
 from physagent_studio.contract.track import Outcome, bounded, opposite, unmeasurable
-from physagent_studio.program.contract import (
-    AllOf,
-    AnyOf,
-    Before,
-    Composite,
-    CountOf,
-    InTurn,
-    Together,
-)
+from physagent_studio.program import contract
 
 
-def composed(statement: Composite, parts: list[Outcome], facts: Facts) -> Outcome:
+def composed(statement: contract.Composite, parts: list[Outcome], facts: Facts) -> Outcome:
     """The outcome of a composite from those of its parts, in their order."""
     match statement:
-        case Before():
+        case contract.Before():
             return _before(parts[0], parts[1], statement.within, facts)
-        case CountOf():
+        case contract.CountOf():
             return _count(parts, statement.low, statement.high)
-        case InTurn():
+        case contract.InTurn():
             return _in_turn(parts, statement.apart, statement.ordered, facts)
-        case Together():
+        case contract.Together():
             return _together(parts, statement.within, facts)
-        case AllOf():
+        case contract.AllOf():
             return _all(parts)
-        case AnyOf():
+        case contract.AnyOf():
             return _any(parts)
 
 

@@ -7,15 +7,7 @@ from collections.abc import Callable
 from typing import Any, TypeVar
 
 from physagent_studio.errors import BackendMissing, Cancelled, InputError, StudioError
-from physagent_studio.jobs.executor import (
-    JobFailed,
-    Limits,
-    Tell,
-    answer_of,
-    failure_of,
-    never,
-    quiet,
-)
+from physagent_studio.jobs import executor
 from physagent_studio.jobs.processes import PATIENCE, START_SECONDS
 
 Result = TypeVar("Result")
@@ -60,9 +52,9 @@ class Cluster:
         self,
         task: Callable[..., Result],
         *values: Any,
-        limits: Limits = Limits(),  # noqa: B008
-        cancelled: Callable[[], bool] = never,
-        tell: Tell = quiet,
+        limits: executor.Limits = executor.Limits(),  # noqa: B008
+        cancelled: Callable[[], bool] = executor.never,
+        tell: executor.Tell = executor.quiet,
     ) -> Result:
         """The task's result; raises as `Processes.submit` does."""
         until = time.monotonic() + START_SECONDS + PATIENCE * limits.seconds
@@ -72,14 +64,14 @@ class Cluster:
                 if cancelled():
                     raise Cancelled("cancelled")
                 if time.monotonic() > until:
-                    raise JobFailed("time", limits)
+                    raise executor.JobFailed("time", limits)
             kind, found = self._ray.get(reference)
         except self._ray.exceptions.RayError as error:
-            raise JobFailed("crash", limits, type(error).__name__) from error
+            raise executor.JobFailed("crash", limits, type(error).__name__) from error
         except StudioError:
             self._ray.cancel(reference, force=True)
             raise
-        if (failure := failure_of(kind, found, task, limits)) is not None:
+        if (failure := executor.failure_of(kind, found, task, limits)) is not None:
             raise failure
         return found
 
@@ -101,4 +93,4 @@ class Cluster:
 
 def _carried_out(task: Callable[..., Any], *values: Any) -> tuple[str, Any]:
     """On a worker: what a process of ours would answer; values that the cluster keeps are there."""
-    return answer_of(task, values)
+    return executor.answer_of(task, values)

@@ -4,16 +4,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from physagent_studio.knowledge import (
-    colours,
-    is_listed,
-    is_surface,
-    kinds_in,
-    support_kind,
-    usual_size,
-    word_lists,
-    words_of,
-)
+from physagent_studio.knowledge import colours, things, word_lists
 from physagent_studio.language.tokens import vocabulary as v
 from physagent_studio.language.tokens.tokens import verb_base
 
@@ -78,7 +69,7 @@ def _base(head: str, prompt: str) -> str:
     if match is None or match.start() - at > len(head) + 12:
         return ""
     words = match.group(1).split()
-    known = [n for n in range(len(words), 0, -1) if usual_size("_".join(words[:n])).known]
+    known = [n for n in range(len(words), 0, -1) if things.usual_size("_".join(words[:n])).known]
     return words[known[0] - 1] if known else ""
 
 
@@ -117,7 +108,7 @@ def slopes_in(prompt: str) -> tuple[str, ...]:
 
     found = (
         said
-        for kind, said in kinds_in(prompt)
+        for kind, said in things.kinds_in(prompt)
         if kind.support in ("ramp", "stairs") or (kind.surface == "flat" and leads(said))
     )
     return tuple(dict.fromkeys(found))
@@ -127,7 +118,7 @@ def _carries(phrase: Sequence[str]) -> bool:
     """Whether the phrase names a place or furniture to stand on rather than a thing that moves."""
     name = "_".join(phrase)
     place = phrase[-1] in v.PARTS or v.LANDMARKS.get(phrase[-1]) == "line"
-    return place or is_surface(name) or support_kind(name) != "slab"
+    return place or things.is_surface(name) or things.support_kind(name) != "slab"
 
 
 def _phrase(tokens: Sequence[str], at: int) -> tuple[tuple[str, ...], int, int]:
@@ -177,10 +168,10 @@ def _noun(tokens: Sequence[str], at: int) -> tuple[str, ...]:
     for count in (3, 2, 1):
         words = tuple(tokens[at : at + count])
         whole = len(words) == count and all(word.isalpha() for word in words)
-        if whole and is_listed("_".join(words)):
+        if whole and things.is_listed("_".join(words)):
             return words
     return ()
 
 
 def _singular(word: str) -> str:
-    return words_of(word)[0] if words_of(word) else word
+    return things.words_of(word)[0] if things.words_of(word) else word

@@ -2,14 +2,7 @@
 
 import math
 
-from physagent_studio.program.actions import (
-    Action,
-    After,
-    FixObject,
-    OnContact,
-    When,
-    duration_of,
-)
+from physagent_studio.program import actions
 from physagent_studio.program.contract import Statement
 from physagent_studio.program.edits import Edit, SetField
 from physagent_studio.program.program import Clip, PhysicalProgram
@@ -88,7 +81,7 @@ def retimed(program: PhysicalProgram, factor: float, *, skip: float = 0.0) -> tu
         found += _changed(f"clip.{field}", getattr(program.clip, field), getattr(clip, field))
     for action in program.event.actions:
         base = f"event.actions.{action.id}"
-        whole = action.start_step + duration_of(action) >= program.clip.steps
+        whole = action.start_step + actions.duration_of(action) >= program.clip.steps
         start = round(action.start_step * ratio)
         if action.when is None:
             start = min(max(start - earlier, 0), clip.steps - 1)
@@ -96,11 +89,11 @@ def retimed(program: PhysicalProgram, factor: float, *, skip: float = 0.0) -> tu
         else:
             found += _condition(base, action.when, ratio, clip.steps)
         if hasattr(action, "duration"):
-            length = max(round(duration_of(action) * ratio) - earlier * _holds(action), 1)
+            length = max(round(actions.duration_of(action) * ratio) - earlier * _holds(action), 1)
             if action.when is None:
                 room = clip.steps - start
                 length = room if whole else min(length, room)
-            found += _changed(f"{base}.duration", duration_of(action), length)
+            found += _changed(f"{base}.duration", actions.duration_of(action), length)
     for statement in program.contract.statements:
         base = f"contract.statements.{statement.id}"
         found += _window(base, statement, ratio, clip.steps, earlier)
@@ -110,15 +103,15 @@ def retimed(program: PhysicalProgram, factor: float, *, skip: float = 0.0) -> tu
 def wait_of(program: PhysicalProgram) -> float:
     """Seconds that pass at the beginning of a program without anything being done but held."""
     waits = [
-        duration_of(action) if _holds(action) else action.start_step
+        actions.duration_of(action) if _holds(action) else action.start_step
         for action in program.event.actions
         if action.when is None
     ]
     return min(waits, default=0) * program.clip.step_seconds
 
 
-def _holds(action: Action) -> bool:
-    return isinstance(action, FixObject) and action.when is None and action.start_step == 0
+def _holds(action: actions.Action) -> bool:
+    return isinstance(action, actions.FixObject) and action.when is None and action.start_step == 0
 
 
 def _window(
@@ -133,11 +126,13 @@ def _window(
     return found
 
 
-def _condition(base: str, when: OnContact | After | When, ratio: float, last: int) -> list[Edit]:
+def _condition(
+    base: str, when: actions.OnContact | actions.After | actions.When, ratio: float, last: int
+) -> list[Edit]:
     found = _changed(f"{base}.when.delay", when.delay, round(when.delay * ratio))
     if when.timeout is not None:
         found += _changed(f"{base}.when.timeout", when.timeout, round(when.timeout * ratio))
-    if isinstance(when, When):
+    if isinstance(when, actions.When):
         found += _window(f"{base}.when.statement", when.statement, ratio, last)
     return found
 

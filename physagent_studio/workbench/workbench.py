@@ -17,7 +17,7 @@ from physagent_studio.records import Case, Image, LoopState
 from physagent_studio.session import Session, Store
 from physagent_studio.session.session import MESH_SUFFIX
 from physagent_studio.session.standing import interrupted
-from physagent_studio.workbench import commands, tasks
+from physagent_studio.workbench import commands, tasks, versions
 from physagent_studio.workbench.boundary import guarded
 from physagent_studio.workbench.desk import Desk
 from physagent_studio.workbench.doing import RUNNING
@@ -26,13 +26,6 @@ from physagent_studio.workbench.journal import CHANGING, carry_out
 from physagent_studio.workbench.naming import case_in_words, with_proposals
 from physagent_studio.workbench.rendering import render_rollout, write_file
 from physagent_studio.workbench.snapshot import Attempt, Notice, Snapshot
-from physagent_studio.workbench.versions import (
-    Backlog,
-    Sender,
-    Stale,
-    Versions,
-    present_sender,
-)
 
 Subscriber = Callable[[Snapshot], None]
 OVERTAKEN = Attempt()
@@ -64,8 +57,8 @@ class Workbench:
         self._evidence = evidence
         self._agent: AgentName = agent
         self._queue: queue.Queue[Callable[[], None] | None] = queue.Queue()
-        self.versions = Versions()
-        self.backlog = Backlog()
+        self.versions = versions.Versions()
+        self.backlog = versions.Backlog()
         self._cancel = threading.Event()
         self._lock = threading.Lock()
         self._subscribers: list[Subscriber] = []
@@ -93,7 +86,7 @@ class Workbench:
             same = isinstance(command, commands.ApplyEdits) and command.edits == self._trying
             if not same:
                 self._overtaken.set()
-        sender = present_sender()
+        sender = versions.present_sender()
         self.backlog.add(sender)
         self._queue.put(lambda: self._carry_out(command, sender))
 
@@ -177,7 +170,7 @@ class Workbench:
             return
         self._publish(replace(self._snapshot, attempt=found, busy=None, progress=None))
 
-    def _carry_out(self, command: commands.Command, sender: Sender) -> None:
+    def _carry_out(self, command: commands.Command, sender: versions.Sender) -> None:
         """Any failure becomes a notice instead of a dead worker."""
         name = f"command {type(command).__name__}"
         tried = partial(self._tried, command, sender)
@@ -185,7 +178,7 @@ class Workbench:
         self.backlog.add(sender, -1)
         self._publish_desk()
 
-    def _tried(self, command: commands.Command, sender: Sender) -> None:
+    def _tried(self, command: commands.Command, sender: versions.Sender) -> None:
         """A command, with what a failure of it means where that is no error to be told."""
         try:
             if isinstance(command, CHANGING):
@@ -196,7 +189,7 @@ class Workbench:
             finally:
                 if self._document() != before:
                     self.versions.changed(sender, command)
-        except Stale as error:
+        except versions.Stale as error:
             if sender.refused is None:
                 raise
             sender.refused(str(error))
@@ -212,7 +205,7 @@ class Workbench:
         desk = self._desk
         return (None,) if desk is None else (desk.session.id, id(desk.state), desk.shown)
 
-    def _dispatch(self, command: commands.Command, sender: Sender) -> None:
+    def _dispatch(self, command: commands.Command, sender: versions.Sender) -> None:
         if isinstance(command, commands.OpenCase):
             case = load_case(command.folder, command.event)
             self._open_case(with_proposals(case, ask=False, seek=self._seek))

@@ -9,16 +9,7 @@ from typing import Any
 import cv2
 import yaml
 
-from physagent_studio.benchmark.paper.pictures import (
-    Prop,
-    Taken,
-    box_around,
-    click_on,
-    ends_of,
-    said_of_scenes,
-    seed_of,
-    taken,
-)
+from physagent_studio.benchmark.paper import pictures
 from physagent_studio.program.contract import Contract
 
 EVENTS = Path(__file__).with_name("events.yaml")
@@ -53,7 +44,7 @@ def events() -> tuple[Event, ...]:
     said = yaml.safe_load(EVENTS.read_text(encoding="utf-8"))
     return tuple(
         Event(scene, name, row["family"], row["prompt"], _contract(row["prompt"], row["holds"]))
-        for scene in said_of_scenes()["scenes"]
+        for scene in pictures.said_of_scenes()["scenes"]
         for name, row in said[scene].items()
     )
 
@@ -82,7 +73,7 @@ def write_case(scene: str, folder: Path) -> Path:
     if stamp.is_file() and stamp.read_text(encoding="utf-8") == _lines(scene):
         return case
     case.mkdir(parents=True, exist_ok=True)
-    shot = taken(scene)
+    shot = pictures.taken(scene)
     cv2.imwrite(str(case / "input.png"), shot.image[..., ::-1])
     text = yaml.safe_dump(_case(shot, mine), sort_keys=False, width=1000)
     (case / "case.yaml").write_text(text, encoding="utf-8")
@@ -92,20 +83,20 @@ def write_case(scene: str, folder: Path) -> Path:
 
 def _lines(scene: str) -> str:
     """What decides about a picture and its sentences."""
-    every = said_of_scenes()
+    every = pictures.said_of_scenes()
     drawn = {"kinds": every["kinds"], "colours": every["colours"], "scene": every["scenes"][scene]}
     told = {event.name: event.prompt for event in events() if event.scene == scene}
-    return yaml.safe_dump(drawn | {"seed": seed_of(scene), "events": told})
+    return yaml.safe_dump(drawn | {"seed": pictures.seed_of(scene), "events": told})
 
 
-def _case(shot: Taken, mine: Sequence[Event]) -> dict[str, Any]:
+def _case(shot: pictures.Taken, mine: Sequence[Event]) -> dict[str, Any]:
     """What a person gives: a click into each thing and a box around it; no box for supports."""
     height, width = shot.image.shape[:2]
     supports = {p.name: _grounding(shot, p) for p in shot.props if p.said.get("support")}
     marks = {
         p.name: {
             "kind": p.said["landmark"],
-            "points": ends_of(shot.camera, p).round(1).tolist(),
+            "points": pictures.ends_of(shot.camera, p).round(1).tolist(),
         }
         for p in shot.props
         if "landmark" in p.said
@@ -120,9 +111,9 @@ def _case(shot: Taken, mine: Sequence[Event]) -> dict[str, Any]:
     }
 
 
-def _grounding(shot: Taken, prop: Prop) -> dict[str, Any]:
+def _grounding(shot: pictures.Taken, prop: pictures.Prop) -> dict[str, Any]:
     mask = shot.masks[prop.name]
-    said: dict[str, Any] = {"points": [[*click_on(mask), 1]]}
+    said: dict[str, Any] = {"points": [[*pictures.click_on(mask), 1]]}
     if prop.asked:
-        said["box"] = box_around(mask)
+        said["box"] = pictures.box_around(mask)
     return said

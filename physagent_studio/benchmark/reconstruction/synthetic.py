@@ -12,17 +12,9 @@ import numpy as np
 
 from physagent_studio.arrays import BoolArray, FloatArray
 from physagent_studio.program.rotations import about_up
+from physagent_studio.program.scene import forms
 from physagent_studio.program.scene.camera import Camera
-from physagent_studio.program.scene.state import (
-    Box,
-    Capsule,
-    Cylinder,
-    Ellipsoid,
-    Grounding,
-    SceneObject,
-    Shape,
-    Sphere,
-)
+from physagent_studio.program.scene.state import Grounding, SceneObject
 from physagent_studio.reconstruction import mesh_of
 from physagent_studio.reconstruction.masks.segmenter import Cancelled
 from physagent_studio.reconstruction.shapes.silhouettes import in_world, look
@@ -95,17 +87,17 @@ def _thing(rng: np.random.Generator, name: str, x: float, y: float) -> SceneObje
     kind = ("sphere", "box", "cylinder", "ellipsoid", "capsule")[int(rng.integers(5))]
     a, b, c = (float(v) for v in rng.uniform(0.22, 0.46, 3))
     yaw = 0.0
-    shape: Shape
+    shape: forms.Shape
     if kind == "sphere":
-        shape, lift = Sphere(radius=a / 2), a / 2
+        shape, lift = forms.Sphere(radius=a / 2), a / 2
     elif kind == "ellipsoid":
-        shape, lift = Ellipsoid(radii=(a / 2, a / 2, b / 2)), b / 2
+        shape, lift = forms.Ellipsoid(radii=(a / 2, a / 2, b / 2)), b / 2
     elif kind == "cylinder":
-        shape, lift = Cylinder(radius=a / 2, height=b), b / 2
+        shape, lift = forms.Cylinder(radius=a / 2, height=b), b / 2
     elif kind == "capsule":
-        shape, lift = Capsule(radius=a / 3, height=a / 1.5 + b / 2), a / 3 + b / 4
+        shape, lift = forms.Capsule(radius=a / 3, height=a / 1.5 + b / 2), a / 3 + b / 4
     else:
-        shape, lift, yaw = Box(size=(a, b, c)), c / 2, float(rng.uniform(-0.7, 0.7))
+        shape, lift, yaw = forms.Box(size=(a, b, c)), c / 2, float(rng.uniform(-0.7, 0.7))
     return SceneObject(name=name, shape=shape, position=(x, y, lift), rotation=about_up(yaw))
 
 

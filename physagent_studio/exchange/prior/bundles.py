@@ -14,13 +14,8 @@ from trimesh.exchange.stl import export_stl
 
 from physagent_studio.errors import Cancelled, InputError
 from physagent_studio.exchange.files import text_of, written
+from physagent_studio.exchange.prior import generators
 from physagent_studio.exchange.prior.folder import MAX_PROGRAM, Prior
-from physagent_studio.exchange.prior.generators import (
-    final_sim,
-    go_with_the_flow,
-    wan_fun,
-    wan_vace,
-)
 from physagent_studio.exchange.prior.peer_config import peer_config
 from physagent_studio.exchange.prior.rerun import rerun, rerun_package
 from physagent_studio.exchange.prior.stretches import Sink
@@ -229,10 +224,10 @@ BUNDLES: Mapping[str, Bundle] = {
     "mjcf": mjcf,
     "rerun": rerun,
     "peer-config": peer_config,
-    "final-sim": final_sim,
-    "wan-vace": wan_vace,
-    "wan-fun": wan_fun,
-    "go-with-the-flow": go_with_the_flow,
+    "final-sim": generators.final_sim,
+    "wan-vace": generators.wan_vace,
+    "wan-fun": generators.wan_fun,
+    "go-with-the-flow": generators.go_with_the_flow,
 }
 """What a prior can be rewritten as, by name."""
 _PACKAGES: Mapping[str, Callable[[], object]] = {

@@ -8,14 +8,7 @@ from physagent_studio.language.frames import Place, Relation, Way
 from physagent_studio.language.reference.names import is_group, resolve_objects
 from physagent_studio.language.reference.stock import Discourse, Inventory
 from physagent_studio.language.semantics.places import resolve_place
-from physagent_studio.language.syntax.measures import (
-    ANGLES,
-    LENGTHS,
-    SPEEDS,
-    TIMES,
-    UNITS,
-    in_units,
-)
+from physagent_studio.language.syntax import measures
 from physagent_studio.language.syntax.phrases import NounPhrase
 from physagent_studio.language.tokens import vocabulary as v
 
@@ -90,16 +83,16 @@ def take_measure(phrase: NounPhrase, details: Details) -> None:
     """ "Slides 20 cm to the left", "at 2 m/s", "by 90 degrees": a number with its unit."""
     if phrase.head == "time" and phrase.number:
         details.count = phrase.number
-    if phrase.head == "angle" and {*phrase.nouns, *phrase.adjectives} & ANGLES.keys():
+    if phrase.head == "angle" and {*phrase.nouns, *phrase.adjectives} & measures.ANGLES.keys():
         # "At a 45 degree angle".
         details.angle = phrase.amount or details.angle
-    if phrase.head not in UNITS:
+    if phrase.head not in measures.UNITS:
         return
-    if (seconds := in_units(phrase, TIMES)) is not None:
+    if (seconds := measures.in_units(phrase, measures.TIMES)) is not None:
         details.unknown[f"{seconds:g} s"] = None
-    details.distance = in_units(phrase, LENGTHS) or details.distance
-    details.speed = in_units(phrase, SPEEDS) or details.speed
-    details.angle = in_units(phrase, ANGLES) or details.angle
+    details.distance = measures.in_units(phrase, measures.LENGTHS) or details.distance
+    details.speed = measures.in_units(phrase, measures.SPEEDS) or details.speed
+    details.angle = measures.in_units(phrase, measures.ANGLES) or details.angle
     for adjective in phrase.adjectives:
         if adjective in v.DIRECTIONS and details.direction is None:
             details.direction = v.DIRECTIONS[adjective]  # type: ignore[assignment]
@@ -133,7 +126,7 @@ def is_measure(phrase: NounPhrase) -> bool:
         phrase.head in v.IGNORED_NOUNS
         or phrase.head in v.FORCE_NOUNS
         or phrase.head in v.CAUSES
-        or phrase.head in UNITS
+        or phrase.head in measures.UNITS
         or phrase.head in ("second", "degree", "time", "masscenter")
         or is_path(phrase)
     )

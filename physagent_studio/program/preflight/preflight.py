@@ -7,18 +7,12 @@ import numpy as np
 
 from physagent_studio.program import actions
 from physagent_studio.program.edits import RemoveItem, SetField
+from physagent_studio.program.preflight import mechanics
 from physagent_studio.program.preflight.clashes import (
     PreflightFinding,
     clashes,
     finding,
     path_of_action,
-)
-from physagent_studio.program.preflight.mechanics import (
-    friction_between,
-    gravity_of,
-    mass_of,
-    standing,
-    vector_of,
 )
 from physagent_studio.program.preflight.placement import scene_findings
 from physagent_studio.program.preflight.scaling import scaled
@@ -72,7 +66,7 @@ def _condition(program: PhysicalProgram, action: actions.Action) -> Iterator[Pre
 
 
 def _touch_at_start(program: PhysicalProgram, when: actions.OnContact) -> bool:
-    placed = standing(program.scene)
+    placed = mechanics.standing(program.scene)
     if when.a not in placed or when.b not in placed:
         return True
     return float(gap(placed[when.a], placed[when.b])[0]) < 5e-3
@@ -195,14 +189,14 @@ def _static_friction(program: PhysicalProgram, item: SceneObject) -> tuple[float
     """Static friction in N of what stands on a level support, and its coefficient."""
     scene = program.scene
     under = scene.support(item.support or "") or scene.object(item.support or "")
-    mass = mass_of(item)
+    mass = mechanics.mass_of(item)
     if under is None or mass is None:
         return None
     if under.shape is not None and under.shape.kind in ("ramp", "wall", "vessel", "mesh"):
         return None
     wheels = item.wheels
-    coefficient = friction_between(item, under) if wheels is None else wheels.rolling
-    return coefficient * mass * gravity_of(scene), coefficient
+    coefficient = mechanics.friction_between(item, under) if wheels is None else wheels.rolling
+    return coefficient * mass * mechanics.gravity_of(scene), coefficient
 
 
 def _push(
@@ -211,8 +205,8 @@ def _push(
     """Horizontal and upward part of a push, N; None where only the run can tell."""
     if isinstance(action, actions.ApplyAngledForce):
         return abs(action.magnitude), 0.0
-    vector = vector_of(action.force)
-    mass = mass_of(item)
+    vector = mechanics.vector_of(action.force)
+    mass = mechanics.mass_of(item)
     if vector is None or mass is None:
         return None
     factor = 1.0

@@ -4,36 +4,30 @@ import numpy as np
 from pydantic import JsonValue
 
 from physagent_studio.arrays import FloatArray
-from physagent_studio.program.actions import (
-    Action,
-    ApplyAngledForce,
-    ApplyForce,
-    Directed,
-    SetVelocity,
-)
+from physagent_studio.program import actions
 from physagent_studio.program.edits import SetField
 from physagent_studio.program.scene import forms
 from physagent_studio.program.scene.state import SceneObject
 
 
-def scaled(action: Action, factor: float) -> tuple[SetField, ...]:
+def scaled(action: actions.Action, factor: float) -> tuple[SetField, ...]:
     """Edits that multiply the velocity or force of an action; none for other operators."""
     path = f"event.actions.{action.id}"
     match action:
-        case ApplyAngledForce():
+        case actions.ApplyAngledForce():
             return (SetField(path=f"{path}.magnitude", value=_rounded(action.magnitude * factor)),)
-        case SetVelocity():
+        case actions.SetVelocity():
             return _vector(f"{path}.velocity", action.velocity, factor)
-        case ApplyForce():
+        case actions.ApplyForce():
             return _vector(f"{path}.force", action.force, factor)
         case _:
             return ()
 
 
 def _vector(
-    path: str, vector: tuple[float, float, float] | Directed, factor: float
+    path: str, vector: tuple[float, float, float] | actions.Directed, factor: float
 ) -> tuple[SetField, ...]:
-    if isinstance(vector, Directed):
+    if isinstance(vector, actions.Directed):
         return (SetField(path=f"{path}.magnitude", value=_rounded(vector.magnitude * factor)),)
     value: list[JsonValue] = [_rounded(part * factor) for part in vector]
     return (SetField(path=path, value=value),)

@@ -3,13 +3,8 @@
 import numpy as np
 
 from physagent_studio.program import actions
+from physagent_studio.simulation.actions import pushes
 from physagent_studio.simulation.actions.effect import Effect, plain_vector
-from physagent_studio.simulation.actions.pushes import (
-    ApplyAngledForceEffect,
-    ApplyDisturbanceEffect,
-    ApplyForceEffect,
-    ApplyTorqueEffect,
-)
 from physagent_studio.simulation.actions.world import World
 from physagent_studio.simulation.model.parts import ZERO, CloudPart, RigidPart
 from physagent_studio.simulation.surfaces import FloatArray
@@ -144,10 +139,10 @@ class Hanging(_FixObject):
 EFFECTS: dict[type, type[Effect]] = {
     actions.SetVelocity: _SetVelocity,
     actions.SetAngularVelocity: _SetAngularVelocity,
-    actions.ApplyForce: ApplyForceEffect,
-    actions.ApplyTorque: ApplyTorqueEffect,
-    actions.ApplyAngledForce: ApplyAngledForceEffect,
-    actions.ApplyDisturbance: ApplyDisturbanceEffect,
+    actions.ApplyForce: pushes.ApplyForceEffect,
+    actions.ApplyTorque: pushes.ApplyTorqueEffect,
+    actions.ApplyAngledForce: pushes.ApplyAngledForceEffect,
+    actions.ApplyDisturbance: pushes.ApplyDisturbanceEffect,
     actions.SetPosition: _SetPosition,
     actions.SetOrientation: _SetOrientation,
     actions.FixObject: _FixObject,

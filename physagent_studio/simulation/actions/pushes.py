@@ -10,13 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from physagent_studio.program import Action, Directed
-from physagent_studio.program.actions import (
-    ApplyAngledForce,
-    ApplyDisturbance,
-    ApplyForce,
-    ApplyTorque,
-)
+from physagent_studio.program import Action, Directed, actions
 from physagent_studio.simulation.actions.disturbance import disturbance
 from physagent_studio.simulation.actions.effect import Effect, direction_of, plain_vector
 from physagent_studio.simulation.actions.world import World
@@ -71,9 +65,9 @@ class ApplyForceEffect(Push):
     """A force, at the centre of mass or at a point; or a controlled speed."""
 
     kept = (*Push.kept, "_unit")
-    action: ApplyForce
+    action: actions.ApplyForce
 
-    def __init__(self, action: ApplyForce) -> None:
+    def __init__(self, action: actions.ApplyForce) -> None:
         super().__init__(action)
         vector = action.force
         self._follows = isinstance(vector, Directed) and vector.along is not None
@@ -203,9 +197,9 @@ class ApplyTorqueEffect(Push):
     """A torque about the centre of mass."""
 
     kept = (*Push.kept, "_torque")
-    action: ApplyTorque
+    action: actions.ApplyTorque
 
-    def __init__(self, action: ApplyTorque) -> None:
+    def __init__(self, action: actions.ApplyTorque) -> None:
         super().__init__(action)
         self._torque = ZERO
 
@@ -229,7 +223,7 @@ class ApplyAngledForceEffect(Push):
     def each_substep(self) -> bool:
         return True
 
-    action: ApplyAngledForce
+    action: actions.ApplyAngledForce
 
     def wrench(self, world: World, time: float) -> tuple[FloatArray, FloatArray]:
         vx, vy, _ = world.part(self.name).velocity()
@@ -259,7 +253,7 @@ class ApplyDisturbanceEffect(Push):
     def each_substep(self) -> bool:
         return True
 
-    action: ApplyDisturbance
+    action: actions.ApplyDisturbance
 
     def wrench(self, world: World, time: float) -> tuple[FloatArray, FloatArray]:
         middle = time + world.dt / 2

@@ -38,7 +38,7 @@ def test_a_picture_is_drawn_once_until_its_lines_change(
 ) -> None:
     case = write_case("balloon", tmp_path)
     first = (case / "input.png").read_bytes()
-    monkeypatch.setattr("physagent_studio.benchmark.paper.listing.taken", _never)
+    monkeypatch.setattr("physagent_studio.benchmark.paper.pictures.taken", _never)
     assert write_case("balloon", tmp_path) == case
     (case / "drawn_from.txt").write_text("another")
     with pytest.raises(AssertionError):

@@ -12,7 +12,7 @@ from typing import Any
 import yaml
 
 from physagent_studio.errors import InputError
-from physagent_studio.jobs import JobFailed, Limits, shared
+from physagent_studio.jobs import Limits, within
 
 Place = tuple[str | int, ...]
 
@@ -68,10 +68,7 @@ def read_yaml(text: str, name: str, *, last_wins: bool = False) -> PlainYaml:
         return parsed(text, name, last_wins)
     if text.count("\n") + text.count(",") > 2 * _MAX_NODES:
         raise InputError(f"{name}: there is too much here (at most {_MAX_NODES} values)")
-    try:
-        return shared().submit(parsed, text, name, last_wins, limits=LIMITS)
-    except JobFailed as error:
-        raise InputError(f"{name} cannot be read: {error}") from error
+    return within(LIMITS, f"{name} cannot be read", parsed, text, name, last_wins)
 
 
 def parsed(text: str, name: str, last_wins: bool) -> PlainYaml:

@@ -4,7 +4,5 @@ Knows nothing of physics. `shared()` is the pool of processes in which everythin
 decoded; `Inline` runs a task here and now, for tests and for what is trusted.
 """
 
-from physagent_studio.jobs.executor import Executor, Inline, JobFailed, Limits, Tell, hearing
-from physagent_studio.jobs.processes import Processes, shared
-
-__all__ = ["Executor", "Inline", "JobFailed", "Limits", "Processes", "Tell", "hearing", "shared"]
+from physagent_studio.jobs.executor import Executor, Inline, JobFailed, Limits, hearing
+from physagent_studio.jobs.processes import Processes, shared, within

@@ -17,7 +17,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from physagent_studio.errors import Cancelled, StudioError
+from physagent_studio.errors import Cancelled, InputError, StudioError
 from physagent_studio.jobs.executor import (
     JobFailed,
     Limits,
@@ -308,3 +308,12 @@ def _asked(pid: int) -> int:
 def shared() -> Processes:
     """The pool of this process."""
     return Processes()
+
+
+def within(limits: Limits, failed: str, task: Callable[..., Result], *values: Any) -> Result:
+    """What a task gives in the pool of this process. Raises what it raises, and an InputError that
+    begins with `failed` and says why where it is ended at its limits."""
+    try:
+        return shared().submit(task, *values, limits=limits)
+    except JobFailed as error:
+        raise InputError(f"{failed}: {error}") from error

@@ -18,7 +18,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from physagent_studio.errors import InputError
-from physagent_studio.jobs import JobFailed, Limits, shared
+from physagent_studio.jobs import Limits, within
 from physagent_studio.records import LoopState, Round
 from physagent_studio.records.rollout_io import rollout_from_bytes
 from physagent_studio.session import arrays
@@ -72,10 +72,8 @@ def unpack(path: Path, folder: Path) -> None:
     size = _checked_size(path)
     limits = Limits(0.8 + 4e-7 * size, 192 * 2**20 + 12 * min(size, MAX_FILE))
     folder.mkdir(parents=True)
-    try:
-        shared().submit(_unpacked, str(path), str(folder), limits=limits)
-    except JobFailed as error:
-        raise InputError(f"{path.name} cannot be read as a session: {error}") from error
+    failed = f"{path.name} cannot be read as a session"
+    within(limits, failed, _unpacked, str(path), str(folder))
     if problems := check(folder):
         raise InputError(f"{path.name} is no whole session: {problems[0]}")
 

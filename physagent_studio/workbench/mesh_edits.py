@@ -12,7 +12,7 @@ import numpy as np
 
 from physagent_studio.errors import InputError
 from physagent_studio.exchange.files import bytes_of
-from physagent_studio.jobs import JobFailed, Limits, shared
+from physagent_studio.jobs import Limits, within
 from physagent_studio.program import AddItem, Edit, PhysicalProgram
 from physagent_studio.program.base import free_name
 from physagent_studio.program.scene.state import Meshed, SceneObject
@@ -120,10 +120,7 @@ def forms_beside(path: Path, program: PhysicalProgram) -> dict[str, bytes]:
         data = bytes_of(place, MESH.max_bytes)
         if hashlib.sha256(data).hexdigest() != item.shape.asset:
             raise InputError(f"{place.name} was changed after it was written")
-        try:
-            shared().submit(check_form, data, limits=FORM)
-        except JobFailed as error:
-            raise InputError(f"{place.name} is no stored form: {error}") from error
+        within(FORM, f"{place.name} is no stored form", check_form, data)
         found[item.shape.asset] = data
     return found
 

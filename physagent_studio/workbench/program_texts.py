@@ -1,7 +1,7 @@
 """Programs as text from strangers: a long one is parsed in a limited process."""
 
 from physagent_studio.errors import InputError
-from physagent_studio.jobs import JobFailed, Limits, shared
+from physagent_studio.jobs import Limits, within
 from physagent_studio.program import PhysicalProgram
 from physagent_studio.program.text.document import load_program
 
@@ -19,7 +19,4 @@ def read_program(text: str) -> PhysicalProgram:
         return load_program(text)
     if text.count("\n") + text.count(",") > MAX_PARTS:
         raise InputError(f"the program is too long (at most {MAX_PARTS} lines and list entries)")
-    try:
-        return shared().submit(load_program, text, limits=LIMITS)
-    except JobFailed as error:
-        raise InputError(f"the program cannot be read: {error}") from error
+    return within(LIMITS, "the program cannot be read", load_program, text)

@@ -23,7 +23,7 @@ from physagent_studio.exchange.peers.effects import (
     until,
 )
 from physagent_studio.exchange.peers.tree import Place, Thing, TooMuch, Unread, Walker, Way
-from physagent_studio.jobs import JobFailed, Limits, shared
+from physagent_studio.jobs import Limits, within
 
 MAX_BYTES = 200_000
 """Bytes of a handler; the longest published one has 30,000."""
@@ -47,10 +47,7 @@ def read_handler(
     text = text_of(path, MAX_BYTES)
     plain = {key: value for key, value in config.items() if isinstance(value, int | float | list)}
     values = (text, path.name, count, steps, plain, tuple(names))
-    try:
-        return shared().submit(parsed, *values, limits=LIMITS)
-    except JobFailed as error:
-        raise InputError(f"{path} cannot be read: {error}") from error
+    return within(LIMITS, f"{path} cannot be read", parsed, *values)
 
 
 def parsed(

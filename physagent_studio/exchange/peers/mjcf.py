@@ -14,7 +14,7 @@ import numpy as np
 from physagent_studio.errors import InputError
 from physagent_studio.exchange.case_reader import slug
 from physagent_studio.exchange.files import bytes_of
-from physagent_studio.jobs import JobFailed, Limits, shared
+from physagent_studio.jobs import Limits, within
 from physagent_studio.program.program import PhysicalProgram
 from physagent_studio.program.text.document import validate_data
 
@@ -46,11 +46,8 @@ def load_mjcf(path: Path) -> tuple[PhysicalProgram, tuple[str, ...]]:
     if root.tag not in ("mujoco", "robot"):
         raise InputError(f"{path} is neither MJCF nor URDF (its root is <{root.tag[:40]}>)")
     assets = _assets(path, root)
-    try:
-        found = shared().submit(read, ET.tostring(root), path.name, assets, limits=LIMITS)
-    except JobFailed as error:
-        raise InputError(f"{path} cannot be read: {error}") from error
-    data, left_out = found
+    failed = f"{path} cannot be read"
+    data, left_out = within(LIMITS, failed, read, ET.tostring(root), path.name, assets)
     return validate_data(data), tuple(left_out)
 
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from physagent_studio.errors import InputError
 from physagent_studio.exchange.files import bytes_of, text_of
 from physagent_studio.exchange.prior.export import FORMAT, MARK, META
-from physagent_studio.jobs import JobFailed, Limits, shared
+from physagent_studio.jobs import Limits, within
 from physagent_studio.records.rollout import Rollout
 from physagent_studio.records.rollout_io import rollout_from_bytes
 from physagent_studio.rendering import Flow
@@ -107,10 +107,8 @@ class Prior:
         """What was simulated."""
         data = bytes_of(self.folder / "rollout.npz", MAX_ROLLOUT)
         limits = Limits(0.8 + 4e-7 * len(data), 128 * 2**20 + 12 * len(data))
-        try:
-            return shared().submit(rollout_from_bytes, data, limits=limits)
-        except JobFailed as error:
-            raise InputError(f"rollout.npz in {self.folder} cannot be read: {error}") from error
+        failed = f"rollout.npz in {self.folder} cannot be read"
+        return within(limits, failed, rollout_from_bytes, data)
 
     def png(self, stem: str, number: int) -> bytes:
         """The file of a picture as it is, by its folder and name."""

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from trimesh.resolvers import ZipResolver
 
 from physagent_studio.errors import InputError
-from physagent_studio.jobs import JobFailed, Limits, shared
+from physagent_studio.jobs import Limits, within
 from physagent_studio.reconstruction.backends.mesh_skins import (
     check_pictures,
     glb_document,
@@ -90,10 +90,7 @@ def _read(data: bytes, name: str, beside: dict[str, bytes] | None) -> Mesh:
     limits = Limits(
         MESH.base_s + MESH.time_per_byte_s * size, MESH.base_bytes + MESH.memory_per_byte * size
     )
-    try:
-        return shared().submit(parsed, data, name, beside, limits=limits)
-    except JobFailed as error:
-        raise InputError(f"{name} cannot be read as a mesh: {error}") from error
+    return within(limits, f"{name} cannot be read as a mesh", parsed, data, name, beside)
 
 
 def parsed(data: bytes, name: str, beside: dict[str, bytes] | None = None) -> Mesh:

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 
 from physagent_studio.errors import InputError
-from physagent_studio.jobs import JobFailed, Limits, shared
+from physagent_studio.jobs import Limits, within
 from physagent_studio.jobs.decoders import REDUCED, decoded
 from physagent_studio.reconstruction.photo.header import Header, read_header
 from physagent_studio.records.case import Image
@@ -155,7 +155,4 @@ def decoded_within(data: bytes, header: Header, name: str, factor: int = 1) -> I
         PHOTO.base_bytes
         + min(PHOTO.max_work_bytes, len(data) + many * (PHOTO.pixel_bytes + 8 * (depth - 1))),
     )
-    try:
-        return shared().submit(decoded, data, header.alpha, factor, limits=limits)
-    except JobFailed as error:
-        raise InputError(f"{name} cannot be read: {error}") from error
+    return within(limits, f"{name} cannot be read", decoded, data, header.alpha, factor)

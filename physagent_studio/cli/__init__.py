@@ -5,5 +5,3 @@ untested clause or word), 4 waiting for a decision, 130 cancelled.
 """
 
 from physagent_studio.cli.app import main
-
-__all__ = ["main"]

@@ -4,7 +4,7 @@ from physagent_studio.exchange.animation import write_glb
 from physagent_studio.exchange.annotations import annotated
 from physagent_studio.exchange.case_folder import case_from_image, load_case
 from physagent_studio.exchange.lessons import read_lessons, write_lessons
-from physagent_studio.exchange.peer_config import PeerSetup, is_peer_config, load_peer_config
+from physagent_studio.exchange.peer_config import PeerSetup, load_peer_config
 from physagent_studio.exchange.peers.reading import load_peer
 from physagent_studio.exchange.prior import (
     BUNDLES,

@@ -1,14 +1,9 @@
 """What anybody knows of things and verbs: tables, and the few questions that are asked of them."""
 
 from physagent_studio.knowledge.catalogue import (
-    Bounds,
     Colour,
-    Degrees,
-    Heading,
     Kind,
     Material,
-    Pace,
-    Range,
     colour_bounds,
     colours,
     degrees,

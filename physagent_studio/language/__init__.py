@@ -1,13 +1,6 @@
 """Reads English event prompts."""
 
-from physagent_studio.language.frames import (
-    EDGES,
-    SLOPE_ENDS,
-    EventFrame,
-    Place,
-    ReadClause,
-    Reading,
-)
+from physagent_studio.language.frames import EDGES, SLOPE_ENDS, EventFrame, Place, Reading
 from physagent_studio.language.hints import SceneHints, hints, seen_by
 from physagent_studio.language.reader import read
 from physagent_studio.language.reference.names import inventory

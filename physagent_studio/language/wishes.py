@@ -43,8 +43,6 @@ ENDING = frozenset(["end", "finish", "cease"])
 NEAR = 3
 """How many words a denial, or a "too", may stand before what it speaks of."""
 DENIED = frozenset(["not", "never", "no", "without", "neither", "nor"])
-COMPARED = frozenset(["so", "as", "that", "too", "this"])
-"""Between a denial and a degree these make less of it: not so, not as, not that, not too."""
 OF_THE_WORLD = frozenset({"weight", "friction", "rolling", "bounciness"})
 """Quantities that a plain sentence states as facts; of others it tells how the event went."""
 

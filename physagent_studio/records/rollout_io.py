@@ -132,12 +132,3 @@ def save_rollout(path: Path, rollout: Rollout) -> None:
         temporary.replace(path)
     finally:
         temporary.unlink(missing_ok=True)
-
-
-def load_rollout(path: Path) -> Rollout:
-    """The rollout in a file."""
-    try:
-        data = path.read_bytes()
-    except OSError as error:
-        raise InputError(f"{path} cannot be read: {error.strerror}") from error
-    return rollout_from_bytes(data)

@@ -7,5 +7,3 @@ begins.
 from physagent_studio.session.files import FileStore
 from physagent_studio.session.session import Session
 from physagent_studio.session.store import SessionInfo, Store
-
-__all__ = ["FileStore", "Session", "SessionInfo", "Store"]

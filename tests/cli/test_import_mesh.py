@@ -18,7 +18,7 @@ from physagent_studio.errors import InputError
 from physagent_studio.program.scene.state import Meshed
 from physagent_studio.reconstruction.backends.mesh_files import textured_from
 from physagent_studio.records import Scene
-from physagent_studio.records.rollout_io import load_rollout
+from physagent_studio.records.rollout_io import rollout_from_bytes
 from physagent_studio.rendering import Compositor
 from physagent_studio.session import Store
 from physagent_studio.session.arrays import unpack_mesh
@@ -70,7 +70,12 @@ def test_a_textured_mesh_becomes_a_program_that_runs_and_is_drawn(
     assert item.position == pytest.approx((0, 0, 0.15))
     code, said = run("simulate", out, "--out", tmp_path / "rollout.npz")
     assert code == 0, said
-    assert np.ptp(load_rollout(tmp_path / "rollout.npz").positions[:, 0], axis=0).max() < 1e-3
+    assert (
+        np.ptp(
+            rollout_from_bytes((tmp_path / "rollout.npz").read_bytes()).positions[:, 0], axis=0
+        ).max()
+        < 1e-3
+    )
     workbench = Workbench(Store(tmp_path / "home"), evidence=False)
     workbench.post(commands.OpenProgram(program, "toy", forms_beside(out, program)))
     workbench.post(commands.Step())

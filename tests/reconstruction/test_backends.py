@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 
 from physagent_studio.benchmark.reconstruction.synthetic import scene
 from physagent_studio.errors import BackendMissing, InputError
+from physagent_studio.program.rotations import matrix_of
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import (
     Click,
@@ -24,12 +25,7 @@ from physagent_studio.program.scene.state import (
 )
 from physagent_studio.reconstruction import mesh_of, photo_hash
 from physagent_studio.reconstruction.backends import backend
-from physagent_studio.reconstruction.backends.frames import (
-    camera_from_sam3d,
-    camera_from_world,
-    sam3d_from_camera,
-    world_from_camera,
-)
+from physagent_studio.reconstruction.backends.frames import camera_from_sam3d, world_from_camera
 from physagent_studio.reconstruction.backends.jobs import read_result, write_job
 from physagent_studio.reconstruction.backends.mesh_files import mesh_from, read_mesh
 from physagent_studio.reconstruction.backends.sam2 import Sam2Segmenter
@@ -40,6 +36,19 @@ from physagent_studio.records.case import Case
 pytestmark = pytest.mark.usefixtures("unfilled")
 
 numbers = st.floats(-1, 1)
+
+
+def sam3d_from_camera(points, rotation, translation, scale):
+    """The inverse of `camera_from_sam3d`: what its GLB holds for points in our camera frame."""
+    w, x, y, z = np.asarray(rotation, float) / np.linalg.norm(np.asarray(rotation, float))
+    turn = matrix_of((w, x, y, z)).T
+    local = (points @ np.diag([-1.0, -1.0, 1.0]) - np.asarray(translation, float)) @ turn
+    return (local / scale) @ np.array([[1.0, 0, 0], [0, 0, -1.0], [0, 1.0, 0]])
+
+
+def camera_from_world(points, camera):
+    """World points (N, 3) in the camera frame."""
+    return (points - np.asarray(camera.position)) @ camera.matrix
 
 
 @settings(max_examples=40, deadline=None)

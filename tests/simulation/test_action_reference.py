@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from physagent_studio.simulation.actions.disturbance import DEFAULT_FREQUENCY
-from physagent_studio.simulation.actions.effects import OPERATORS
+from physagent_studio.simulation.actions.effects import EFFECTS
 
 DOCS = Path(__file__).parents[2] / "docs"
 
@@ -20,7 +20,7 @@ def text():
 
 
 def test_every_operator_has_its_chapter(text):
-    for operator in OPERATORS:
+    for operator in EFFECTS:
         assert f"## {operator.__name__}\n" in text
     for model in ("wind", "gust", "bump", *DEFAULT_FREQUENCY):
         assert f"| `{model}` |" in text

@@ -7,4 +7,4 @@ puts it together. Seeds 0 to 999 are there to build with, 1000 to 1999 for the l
 2000 on are for measuring alone.
 """
 
-from physagent_studio.benchmark.scenes.pictures import Pictured, Subject, scene
+from physagent_studio.benchmark.scenes.pictures import Pictured, scene

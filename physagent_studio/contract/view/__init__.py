@@ -32,19 +32,11 @@ from physagent_studio.contract.view.pace import (
     come_down,
     fills,
     in_time,
-    moving_frames,
     paces,
     pacing_of,
     something,
 )
-from physagent_studio.contract.view.staging import (
-    COVERS,
-    Drawn,
-    begins,
-    comes_apart,
-    ends,
-    touches,
-)
+from physagent_studio.contract.view.staging import COVERS, Drawn, begins, comes_apart, ends, touches
 from physagent_studio.records.judgement import Check
 
 

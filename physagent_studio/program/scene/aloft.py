@@ -7,7 +7,7 @@ has no weight; one that nothing holds falls at once.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal, get_args
+from typing import TYPE_CHECKING, Literal
 
 if TYPE_CHECKING:
     from physagent_studio.program.scene.state import SceneObject
@@ -20,8 +20,6 @@ Aloft = Literal["hangs", "floats"]
 
 Carriage = Literal["stands", "hangs", "floats", "falls"]
 """How a thing is held; it falls where it is in the air and nothing keeps it there."""
-
-CARRIAGES: tuple[Carriage, ...] = get_args(Carriage)
 
 
 def carriage_of(item: SceneObject) -> Carriage:

@@ -4,4 +4,4 @@ Heavy models run out of process: we write a job folder, a small runner script (s
 by the user in an environment of their own) writes a result folder, and the importer reads it.
 """
 
-from physagent_studio.reconstruction.backends.protocol import BACKENDS, Reconstructor, backend
+from physagent_studio.reconstruction.backends.protocol import backend

@@ -30,23 +30,9 @@ def camera_from_sam3d(
     return (local @ turn.T + np.asarray(translation, float)) @ _CV_FROM_P3D.T
 
 
-def sam3d_from_camera(
-    points: ArrayLike, rotation: ArrayLike, translation: ArrayLike, scale: ArrayLike
-) -> FloatArray:
-    """The inverse of `camera_from_sam3d`: what its GLB holds for points in our camera frame."""
-    turn = matrix_of(_unit(rotation)).T
-    local = (np.asarray(points, float) @ _CV_FROM_P3D.T - np.asarray(translation, float)) @ turn
-    return (local / np.asarray(scale, float)) @ _ZUP_FROM_YUP
-
-
 def world_from_camera(points: ArrayLike, camera: Camera) -> FloatArray:
     """Points (N, 3) of the camera frame in the world."""
     return np.asarray(points, float) @ camera.matrix.T + np.asarray(camera.position)
-
-
-def camera_from_world(points: ArrayLike, camera: Camera) -> FloatArray:
-    """World points (N, 3) in the camera frame."""
-    return (np.asarray(points, float) - np.asarray(camera.position)) @ camera.matrix
 
 
 def zup_from_yup(points: ArrayLike) -> FloatArray:

@@ -147,7 +147,3 @@ EFFECTS: dict[type, type[Effect]] = {
     actions.SetOrientation: _SetOrientation,
     actions.FixObject: _FixObject,
 }
-
-
-OPERATORS = tuple(EFFECTS)
-"""The operators that can run."""

@@ -4,5 +4,3 @@ from physagent_studio.studio.figures.masks import examples
 from physagent_studio.studio.figures.measure import measure_studio
 from physagent_studio.studio.figures.safety import measure_safety
 from physagent_studio.studio.figures.wire import Figure
-
-__all__ = ["Figure", "examples", "measure_safety", "measure_studio"]

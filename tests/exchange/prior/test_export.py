@@ -15,7 +15,7 @@ import pytest
 from physagent_studio.errors import Cancelled, InputError
 from physagent_studio.exchange import export_motion_prior
 from physagent_studio.program.text.document import load_program
-from physagent_studio.records.rollout_io import load_rollout
+from physagent_studio.records.rollout_io import rollout_from_bytes
 from physagent_studio.rendering import Compositor, flow_between, frame_of, normals_of
 from physagent_studio.rendering.backdrop import PALETTE
 from tests.exchange.prior.conftest import Parts
@@ -79,7 +79,9 @@ def test_everything_is_there_and_agrees(parts: Parts, tmp_path: Path):
     timing["time_factor"] = meta["seconds_per_frame"] * meta["fps"]
     assert {name: meta[name] for name in timing} == pytest.approx(timing)
     assert load_program((folder / "program.yaml").read_text()).hash == program.hash
-    assert np.array_equal(load_rollout(folder / "rollout.npz").positions, rollout.positions)
+    assert np.array_equal(
+        rollout_from_bytes((folder / "rollout.npz").read_bytes()).positions, rollout.positions
+    )
 
 
 def test_the_videos_show_what_the_files_say(parts: Parts, tmp_path: Path):

@@ -1,6 +1,7 @@
 """Small programs with a known answer, for the physics bench and the tests."""
 
 from collections.abc import Iterable
+from typing import Any
 
 import numpy as np
 
@@ -21,6 +22,8 @@ Vector = tuple[float, float, float]
 STILL: Vector = (0.0, 0.0, 0.0)
 EARTH: Vector = (0.0, 0.0, -9.81)
 IDENTITY: Quat = (1.0, 0.0, 0.0, 0.0)
+TOUCH = {"friction": 0.4, "restitution": 0.0, "rolling": 0.0}
+"""How things touch that do not say otherwise."""
 
 
 def thing(
@@ -30,39 +33,17 @@ def thing(
     *,
     rotation: Quat = IDENTITY,
     density: float = 500.0,
-    friction: float = 0.4,
-    restitution: float = 0.0,
-    rolling: float = 0.0,
+    **touch: float,
 ) -> SceneObject:
-    """An object of stated material numbers."""
-    return SceneObject(
-        name=name,
-        shape=shape,
-        position=position,
-        rotation=rotation,
-        density=density,
-        friction=friction,
-        restitution=restitution,
-        rolling=rolling,
-    )
+    """An object of stated material numbers; touch: those of `TOUCH`."""
+    stated: dict[str, Any] = {"rotation": rotation, "density": density} | TOUCH | touch
+    return SceneObject(name=name, shape=shape, position=position, **stated)
 
 
-def ground(
-    name: str = "floor",
-    shape: SupportShape | None = None,
-    *,
-    friction: float = 0.4,
-    restitution: float = 0.0,
-    rolling: float = 0.0,
-) -> Support:
-    """A support of stated material numbers; a floor at z = 0 by default."""
-    return Support(
-        name=name,
-        shape=shape or Floor(),
-        friction=friction,
-        restitution=restitution,
-        rolling=rolling,
-    )
+def ground(name: str = "floor", shape: SupportShape | None = None, **touch: float) -> Support:
+    """A support of stated material numbers, see `TOUCH`; a floor at z = 0 by default."""
+    stated: dict[str, Any] = TOUCH | touch
+    return Support(name=name, shape=shape or Floor(), **stated)
 
 
 def program(

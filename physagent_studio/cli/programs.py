@@ -33,19 +33,6 @@ USUAL = 0.3
 """Metres across of a thing whose file says nothing that can be meant as metres."""
 
 
-def bare_case(program: PhysicalProgram, name: str) -> Case:
-    """A case without a photo, around a program."""
-    return Case(
-        name=name,
-        image=None,
-        image_hash="",
-        objects=(),
-        supports=(),
-        landmarks=(),
-        prompt=program.event.prompt,
-    )
-
-
 def import_scene(path: Path, out: Path) -> list[str]:
     """Writes the program of an MJCF, URDF or mesh file; a line on what is left out or guessed."""
     if path.suffix.lower() in KINDS:
@@ -81,7 +68,7 @@ def simulate_program(program: PhysicalProgram, path: Path, out: Path, as_json: b
     from physagent_studio.simulation import simulate
 
     forms = {name: unpack_mesh(data) for name, data in forms_beside(path, program).items()}
-    scene = reconstruct(bare_case(program, path.stem), program.scene, assets=forms)
+    scene = reconstruct(Case(path.stem, prompt=program.event.prompt), program.scene, assets=forms)
     program = program.model_copy(update={"scene": scene.state})
     rollout = simulate(program, scene.meshes)
     try:

@@ -6,13 +6,12 @@ from pathlib import Path
 
 from physagent_studio.cli.early import is_session
 from physagent_studio.cli.files import read_program
-from physagent_studio.cli.programs import bare_case
 from physagent_studio.cli.targets import PROGRAMS, case_of
 from physagent_studio.errors import BackendMissing, InputError
 from physagent_studio.exchange.tables import write_csv, write_parquet
 from physagent_studio.jobs import Executor
 from physagent_studio.reconstruction import reconstruct
-from physagent_studio.records import LoopState, Round
+from physagent_studio.records import Case, LoopState, Round
 from physagent_studio.session import Session
 from physagent_studio.session import Store as Sessions
 from physagent_studio.sweep import Plan, Point, Ran, Store, Target, carry_out, planned
@@ -78,7 +77,7 @@ def _target(word: str, event: str | None, sessions: Sessions) -> Target:
             return _of_round(session, _chosen(session, None)[0])
     if path.suffix.lower() in PROGRAMS and path.stem != "case":
         program, label = read_program(path), path.stem
-        scene = reconstruct(bare_case(program, label), program.scene)
+        scene = reconstruct(Case(label, prompt=program.event.prompt), program.scene)
     else:
         case = case_of(word, event, "", ())
         program, scene = first_program(case)

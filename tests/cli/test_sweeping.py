@@ -60,10 +60,10 @@ def test_what_cannot_be_swept_is_one_sentence(
 
 
 def test_without_a_round_there_is_nothing_to_attribute(tmp_path: Path) -> None:
-    from physagent_studio.cli.programs import bare_case
+    from physagent_studio.records import Case
     from tests.sweep.programs import slider
 
-    case = bare_case(slider(0.1).program, "bare")
+    case = Case("bare", prompt=slider(0.1).program.event.prompt)
     session = Store(tmp_path).create(case, LoopState())
     session.close()
     code, told = asked("attribute", session.id, "--workspace", str(tmp_path))

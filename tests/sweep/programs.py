@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from physagent_studio.cli.programs import bare_case
 from physagent_studio.program import PhysicalProgram
 from physagent_studio.program.text.document import load_program
 from physagent_studio.reconstruction import reconstruct
+from physagent_studio.records import Case
 from physagent_studio.sweep import Target
 
 SLIDER = """
@@ -36,6 +36,6 @@ def slider(distance: float) -> Target:
 def target(text: str) -> Target:
     """A program without a photograph, ready to be run; nothing but its contract is demanded."""
     program = load_program(text)
-    scene = reconstruct(bare_case(program, "bare"), program.scene)
+    scene = reconstruct(Case("bare", prompt=program.event.prompt), program.scene)
     whole: PhysicalProgram = program.model_copy(update={"scene": scene.state})
     return Target("bare", whole, scene)

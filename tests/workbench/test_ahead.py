@@ -14,11 +14,10 @@ from physagent_studio.agent.roles import Situation, Trial
 from physagent_studio.agent.rules.planner.parameter_search import along_one, cross_entropy
 from physagent_studio.agent.rules.planner.parameters import action_knobs, material_knobs
 from physagent_studio.agent.rules.planner.trials import Candidate, Search
-from physagent_studio.cli.programs import bare_case
 from physagent_studio.errors import Cancelled, StudioError
 from physagent_studio.jobs import Executor, Inline, Processes
 from physagent_studio.program import PhysicalProgram, SetField, apply
-from physagent_studio.records import Assessment, LoopState, Memory
+from physagent_studio.records import Assessment, Case, LoopState, Memory
 from physagent_studio.session import Store
 from physagent_studio.workbench import tasks
 from physagent_studio.workbench.ahead import Lane, Lanes
@@ -38,7 +37,7 @@ def planned(search: Search) -> Candidate | None:
 
 def searched(folder: Path, executor: Executor) -> tuple[object, ...]:
     target = slider(0.6)
-    case = bare_case(target.program, "bare")
+    case = Case("bare", prompt=target.program.event.prompt)
     session = Store(folder).create(case, LoopState())
     try:
         engine = Engine(session, case, evidence=False, executor=executor)
@@ -86,7 +85,7 @@ def test_what_is_only_rougher_is_not_drawn_again(
     drawn: list[str] = []
     monkeypatch.setattr(tasks, "likened", lambda scene: drawn.append(scene.hash) or {})
     target = slider(0.6)
-    case = bare_case(target.program, "bare")
+    case = Case("bare", prompt=target.program.event.prompt)
     session = Store(tmp_path).create(case, LoopState())
     try:
         engine = Engine(session, case, evidence=False)

@@ -3,16 +3,18 @@
 import dataclasses
 import io
 import json
+from functools import cache
 from types import MappingProxyType
-from typing import Any
+from typing import Any, get_type_hints
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import TypeAdapter
+from pydantic_core import to_jsonable_python
 
 from physagent_studio.arrays import BoolArray
-from physagent_studio.program import Grounding, Landmark, SceneState, Support
-from physagent_studio.program.scene.state import Scale
+from physagent_studio.program import SceneState
 from physagent_studio.records import (
     Candidate,
     Case,
@@ -219,38 +221,23 @@ def _shading(arrays: dict[str, NDArray[Any]], key: str, stored: list[Any] | None
     )
 
 
+@cache
+def _kept_of_case() -> dict[str, TypeAdapter[Any]]:
+    """How each field is read but the picture and the focal length that its file states."""
+    hints = get_type_hints(Case)
+    return {name: TypeAdapter(hints[name]) for name in hints if name not in ("image", "focal")}
+
+
 def case_json(case: Case) -> dict[str, Any]:
     """Everything of a case but its pixels."""
-    return {
-        "name": case.name,
-        "image_hash": case.image_hash,
-        "objects": [[name, item.model_dump(mode="json")] for name, item in case.objects],
-        "supports": [item.model_dump(mode="json") for item in case.supports],
-        "landmarks": [item.model_dump(mode="json") for item in case.landmarks],
-        "prompt": case.prompt,
-        "event": case.event,
-        "events": [list(item) for item in case.events],
-        "horizon": case.horizon,
-        "roll": case.roll,
-        "scale": case.scale.model_dump(mode="json"),
-        **({} if case.seconds is None else {"seconds": case.seconds}),
-    }
+    stated = {name: getattr(case, name) for name in _kept_of_case()}
+    # What older cases do not know is left out where it is not set: they are stored as before.
+    return to_jsonable_python({k: v for k, v in stated.items() if k != "seconds" or v is not None})
 
 
 def case_from_json(data: dict[str, Any], image: Image | None) -> Case:
-    """The case of `case_json`."""
+    """The case of `case_json`; a field that it has not has its default."""
+    known = {name: how for name, how in _kept_of_case().items() if name in data}
     return Case(
-        name=data["name"],
-        image=image,
-        image_hash=data["image_hash"],
-        objects=tuple((name, Grounding.model_validate(item)) for name, item in data["objects"]),
-        supports=tuple(Support.model_validate(item) for item in data["supports"]),
-        landmarks=tuple(Landmark.model_validate(item) for item in data["landmarks"]),
-        prompt=data["prompt"],
-        event=data["event"],
-        events=tuple((name, prompt) for name, prompt in data["events"]),
-        horizon=data.get("horizon"),
-        roll=data.get("roll", 0.0),
-        scale=Scale.model_validate(data.get("scale", {})),
-        seconds=data.get("seconds"),
+        image=image, **{name: how.validate_python(data[name]) for name, how in known.items()}
     )

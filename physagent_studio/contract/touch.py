@@ -185,17 +185,7 @@ def _both(outcomes: list[Outcome]) -> Outcome:
     if not least.holds:
         return least
     steps = [one.step for one in outcomes if one.step is not None]
-    return Outcome(
-        least.margin,
-        least.value,
-        least.threshold,
-        least.unit,
-        least.op,
-        max(steps, default=None),
-        least.note,
-        least.claim,
-        lasting=True,
-    )
+    return replace(least, step=max(steps, default=None), lasting=True)
 
 
 def _moved(track: Track) -> Outcome:
@@ -222,18 +212,8 @@ def stops(statement: statements.Stops, facts: Facts, window: Window) -> Outcome:
         scale = max(statement.distance, 1e-3)
         margin = bounded((statement.distance - away) / scale)
         claim = f"{track.name} ends away from {statement.near} by"
-        parts.append(
-            Outcome(
-                margin,
-                away,
-                statement.distance,
-                "m",
-                "≤",
-                window.last,
-                claim=claim,
-                lasting=True,
-            )
-        )
+        limit, last = statement.distance, window.last
+        parts.append(Outcome(margin, away, limit, "m", "≤", last, claim=claim, lasting=True))
     return _both(parts)
 
 

@@ -139,59 +139,9 @@ def is_surface(word: str) -> bool:
     return kind is not None and bool(kind.surface) and kind.support in (None, "board")
 
 
-def is_stairs(name: str) -> bool:
-    """Whether a support of that name has several steps; one step or stair is a block."""
-    return _is(name, "support", "stairs")
-
-
-def is_step(name: str) -> bool:
-    """Whether a support of that name is one of several steps that belong together."""
-    return _is(name, "support", "step")
-
-
-def is_board(name: str) -> bool:
-    """Whether a support of that name is one of several boards that belong together."""
-    return _is(name, "support", "board")
-
-
-def is_rails(name: str) -> bool:
-    """Whether a support of that name is a pair of rails."""
-    return _is(name, "support", "rails")
-
-
-def is_solid(name: str) -> bool:
-    """Whether a support of that name reaches down to the floor as one body."""
-    return _is(name, "base", "solid")
-
-
-def is_splayed(name: str) -> bool:
-    """Whether a support of that name has legs that are not upright."""
-    return _is(name, "base", "splayed")
-
-
 def is_sheet(name: str) -> bool:
     """Whether a thing of that name is a cloth."""
-    return _is(name, "body", "sheet") or is_flag(name)
-
-
-def is_flag(name: str) -> bool:
-    """Whether it is a cloth that is held along one side."""
-    return _is(name, "body", "flag")
-
-
-def is_loose(name: str) -> bool:
-    """Whether it is made of grains."""
-    return _is(name, "body", "grains")
-
-
-def is_open(name: str) -> bool:
-    """Whether a thing of that name is hollow and has no lid."""
-    return _is(name, "hollow", "open")
-
-
-def has_lid(name: str) -> bool:
-    """Whether a thing of that name may be open: it is where something goes into it."""
-    return _is(name, "hollow", "lidded")
+    return is_flag(name) or _with("body", "sheet")(name)
 
 
 def is_container(name: str) -> bool:
@@ -212,14 +162,33 @@ def stiffness_of(name: str) -> float | None:
     return None if kind is None else kind.young
 
 
-def grows(name: str) -> bool:
-    """Whether a thing of that name is rooted where it stands; a pine table is not."""
-    return _is(name, "body", "plant")
+def _with(field: str, value: str) -> Callable[[str], bool]:
+    """Whether a name is of a kind whose row has that value: no, where there is no row."""
+    return lambda name: getattr(kind_of(name), field, None) == value
 
 
-def _is(name: str, field: str, value: object) -> bool:
-    kind = kind_of(name)
-    return kind is not None and getattr(kind, field) == value
+is_stairs = _with("support", "stairs")
+"""Whether a support of that name has several steps; one step or stair is a block."""
+is_step = _with("support", "step")
+"""Whether a support of that name is one of several steps that belong together."""
+is_board = _with("support", "board")
+"""Whether a support of that name is one of several boards that belong together."""
+is_rails = _with("support", "rails")
+"""Whether a support of that name is a pair of rails."""
+is_solid = _with("base", "solid")
+"""Whether a support of that name reaches down to the floor as one body."""
+is_splayed = _with("base", "splayed")
+"""Whether a support of that name has legs that are not upright."""
+is_flag = _with("body", "flag")
+"""Whether it is a cloth that is held along one side."""
+is_loose = _with("body", "grains")
+"""Whether it is made of grains."""
+is_open = _with("hollow", "open")
+"""Whether a thing of that name is hollow and has no lid."""
+has_lid = _with("hollow", "lidded")
+"""Whether a thing of that name may be open: it is where something goes into it."""
+grows = _with("body", "plant")
+"""Whether a thing of that name is rooted where it stands; a pine table is not."""
 
 
 def _split(text: str) -> tuple[str, ...]:

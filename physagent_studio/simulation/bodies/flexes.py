@@ -69,17 +69,19 @@ def _solid_flex(item: SceneObject, body: Soft | Plastic, solid: Solid, mesh: Mes
         f'<elasticity young="{body.young}" poisson="{body.poisson}"'
         f' damping="{body.damping}"{yields}/>'
     )
-    inner += _pins(_turn(item), body.pinned, axes=3, last=2)
+    inner += _pins(matrix_of(item.rotation), body.pinned, axes=3, last=2)
     spread = f'type="direct" dim="3" dof="quadratic" point="{_row(corners)}" element="{_row(tets)}"'
     volume = solid.mass.volume
-    return Flex(item.name, _flexcomp(item, spread, inner, volume, _turn(item), 5e-4), volume)
+    return Flex(
+        item.name, _flexcomp(item, spread, inner, volume, matrix_of(item.rotation), 5e-4), volume
+    )
 
 
 def _cloth(item: SceneObject, body: Cloth, solid: Solid) -> Flex:
     frame = _frame(solid.extent)
     wide, high = (float(solid.extent @ np.abs(frame[:, axis])) for axis in (0, 1))
     count = body.cells + 1
-    turn = _turn(item) @ frame
+    turn = matrix_of(item.rotation) @ frame
     inner = (
         f'<elasticity young="{body.young}" poisson="0.2" damping="{body.damping}"'
         f' thickness="{body.thickness}" elastic2d="both"/>'
@@ -97,7 +99,7 @@ def _cloth(item: SceneObject, body: Cloth, solid: Solid) -> Flex:
 def _rope(item: SceneObject, body: Rope, solid: Solid) -> Flex:
     frame = _frame(solid.extent)
     length = float(solid.extent.max())
-    turn = _turn(item) @ frame
+    turn = matrix_of(item.rotation) @ frame
     # An inextensible edge that MuJoCo holds to .02 % of its length.
     inner = '<edge equality="true" solref="0.005 1" solimp="0.999 0.9999 0.001"/>'
     inner += f'<elasticity young="{body.young}" poisson="0.3" damping="{body.damping}"/>'
@@ -132,10 +134,6 @@ def _flexcomp(
 
 def _row(values: np.ndarray) -> str:
     return " ".join(repr(value) for value in values.ravel().tolist())
-
-
-def _turn(item: SceneObject) -> FloatArray:
-    return matrix_of(item.rotation)
 
 
 def _frame(extent: FloatArray) -> FloatArray:
@@ -207,7 +205,7 @@ def cloud_of(model: Model, item: SceneObject, volume: float) -> Cloud:
         np.where(free, model.jnt_dofadr[joints], -1),
         model.body_pos[parent] + placed @ axes.T,
         shares / shares.sum(),
-        _turn(item),
+        matrix_of(item.rotation),
         volume,
         axes,
     )

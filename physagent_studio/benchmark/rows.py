@@ -1,7 +1,6 @@
 """A figure with its bound."""
 
-from dataclasses import asdict, dataclass
-from typing import Any
+from dataclasses import dataclass
 
 
 @dataclass(frozen=True, slots=True)
@@ -13,10 +12,6 @@ class Row:
     unit: str
     bound: str
     ok: bool
-
-    def as_dict(self) -> dict[str, Any]:
-        """The row for `--json`."""
-        return asdict(self)
 
 
 def at_most(name: str, value: float, bound: float, unit: str = "") -> Row:

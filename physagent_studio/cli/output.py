@@ -7,6 +7,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import asdict
 from textwrap import shorten
 from typing import TYPE_CHECKING, Any
 
@@ -119,7 +120,7 @@ def print_checks(checks: Sequence[Check]) -> None:
 def print_rows(name: str, rows: Sequence[Row], as_json: bool) -> None:
     """Bench figures with their bounds."""
     if as_json:
-        print_json([row.as_dict() for row in rows])
+        print_json([asdict(row) for row in rows])
         return
     table = Table("", "figure", "value", "unit", "bound", title=f"bench {name}", box=None)
     for row in rows:

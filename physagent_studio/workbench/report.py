@@ -60,16 +60,14 @@ def _doubts(item: Round | None, session: Session) -> tuple[Doubt, ...]:
 
 
 def _row(check: Check, item: Round | None) -> dict[str, Any]:
-    return {
-        "check": check.id,
-        "statement": check.text,
-        "clause": _clause(item, check.clause),
-        "measured": check.measured,
-        "threshold": check.threshold,
-        "unit": check.unit,
-        "margin": check.margin,
-        "ok": check.ok,
-    }
+    told = {"check": check.id, "statement": check.text, "clause": _clause(item, check.clause)}
+    return told | figures_of(check)
+
+
+def figures_of(check: Check) -> dict[str, Any]:
+    """What was measured, against what, and how that came out."""
+    names = ("measured", "threshold", "unit", "margin", "ok")
+    return {name: getattr(check, name) for name in names}
 
 
 def _pacing(item: Round | None, session: Session) -> dict[str, Any] | None:

@@ -17,14 +17,14 @@ from physagent_studio.benchmark.events.references import judge, load_reference
 from physagent_studio.errors import StudioError
 from physagent_studio.exchange import annotated, load_case
 from physagent_studio.program.contract import Contract
-from physagent_studio.records import Check, Image, LoopState, Rollout, Round, Scene
+from physagent_studio.records import Image, LoopState, Rollout, Round, Scene
 from physagent_studio.rendering import Compositor, frame_of
 from physagent_studio.rendering.sheets import contact_sheet
 from physagent_studio.session import Session, Store
 from physagent_studio.simulation import simulate
 from physagent_studio.workbench.desk import Desk
 from physagent_studio.workbench.engine import Control
-from physagent_studio.workbench.report import report_of
+from physagent_studio.workbench.report import figures_of, report_of
 
 ROUNDS = 10
 """Most rounds of a run."""
@@ -164,7 +164,8 @@ def _judged(
     if reference is None:
         return result
     verdict = judge(reference, best.program, session.rollout(best.rollout))
-    rows = tuple(_row(check) for check in verdict.checks if check.demanded)
+    demanded = [check for check in verdict.checks if check.demanded]
+    rows = tuple({"statement": check.text} | figures_of(check) for check in demanded)
     return replace(
         result,
         reference_holds=verdict.holds,
@@ -193,17 +194,6 @@ def _by_itself(reference: Contract, best: Round, session: Session) -> bool:
     idle = best.program.model_copy(update={"event": event, "contract": Contract()})
     scene = session.scene(best.scene) if best.scene else None
     return judge(reference, idle, simulate(idle, scene.meshes if scene else {})).holds
-
-
-def _row(check: Check) -> dict[str, Any]:
-    return {
-        "statement": check.text,
-        "measured": check.measured,
-        "threshold": check.threshold,
-        "unit": check.unit,
-        "margin": check.margin,
-        "ok": check.ok,
-    }
 
 
 # --- as a process ------------------------------------------------------------------------------

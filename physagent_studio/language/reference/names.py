@@ -85,7 +85,7 @@ def resolve_objects(
         # "Comes to rest".
         return None
     of = phrase.of if phrase.head in v.MASS_HEADS else None
-    if of is not None and (inner := _candidates(of, stock, talk)):
+    if of is not None and (inner := _candidates(of, stock)):
         return _choose(phrase, inner, stock, talk, of)
     if is_group(phrase, stock):
         group = next((m for m in reversed(talk.mentions) if len(m) > 1), ())
@@ -109,7 +109,7 @@ def resolve_objects(
         return resolve_objects(phrase.of, stock, talk)
     if phrase.head in v.OTHERS or (not phrase.nouns and phrase.adjectives):
         return _choose(phrase, _class_of_last(stock, talk), stock, talk, phrase)
-    found = _besides(talk.acting, _candidates(phrase, stock, talk))
+    found = _besides(talk.acting, _candidates(phrase, stock))
     return _choose(phrase, found, stock, talk, phrase) if found else None
 
 
@@ -213,7 +213,7 @@ def _class_of_last(stock: Inventory, talk: Discourse) -> tuple[Thing, ...]:
     return stock.objects
 
 
-def _candidates(phrase: NounPhrase, stock: Inventory, talk: Discourse) -> tuple[Thing, ...]:
+def _candidates(phrase: NounPhrase, stock: Inventory) -> tuple[Thing, ...]:
     """Objects whose name fits the phrase's nouns; adjectives are looked at afterwards."""
     if phrase.head in v.GENERIC:
         return stock.objects

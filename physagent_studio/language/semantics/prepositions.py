@@ -56,7 +56,7 @@ def take_preposition(
         return
     if _quantity(preposition, phrase, details):
         return
-    if _only_said(preposition, phrase, details, stock, talk, clause):
+    if _only_said(preposition, phrase, details, stock, talk):
         return
     if preposition in TO and phrase.of is not None and phrase.head in v.SIDES:
         # "To the back of the plate".
@@ -113,12 +113,7 @@ def _steps(phrase: NounPhrase) -> int:
 
 
 def _only_said(
-    preposition: str,
-    phrase: NounPhrase,
-    details: Details,
-    stock: Inventory,
-    talk: Discourse,
-    clause: RawClause,
+    preposition: str, phrase: NounPhrase, details: Details, stock: Inventory, talk: Discourse
 ) -> bool:
     """Whether it says nothing that could be measured, or what nothing measures."""
     if preposition in OUT and phrase.head in v.VIEW_WORDS and not _is_there(phrase, stock):

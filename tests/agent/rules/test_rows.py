@@ -3,7 +3,9 @@
 import pytest
 
 from physagent_studio.agent.rules import RuleGenerator
+from physagent_studio.agent.rules.scene.measures import Layout
 from physagent_studio.language import inventory, read
+from physagent_studio.program import PhysicalProgram
 from physagent_studio.program.scene.state import Box, Grounding, Sphere
 from tests.agent.rules.scenes import Stage
 from tests.agent.rules.varied_scenes import VARIED
@@ -90,13 +92,21 @@ def test_a_row_goes_over_from_the_one_that_is_struck(prompt, order):
     assert wave.apart < 0.03
 
 
+def _depth(program: PhysicalProgram, name: str) -> float:
+    item = program.scene.object(name)
+    assert item is not None
+    assert isinstance(item.shape, Box)
+    return item.shape.size[1]
+
+
 def test_blocks_of_one_kind_are_equally_deep_as_far_as_their_looks_allow():
     program = RuleGenerator().first(ROW.case("The dominoes fall."), ROW.reconstruct)
-    blocks = [program.scene.object(name) for name in DOMINOES]
+    layout = Layout(program.scene)
     # The last one would look taller from above.
-    assert [one.shape.size[1] for one in blocks] == [0.05, 0.05, 0.05, 0.02]
+    depths = [_depth(program, name) for name in DOMINOES]
+    assert depths == [0.05, 0.05, 0.05, 0.02]
     # Their fronts stay where they are seen.
-    fronts = [one.position[1] - one.shape.size[1] / 2 for one in blocks]
+    fronts = [layout.position(n)[1] - d / 2 for n, d in zip(DOMINOES, depths, strict=True)]
     assert fronts == pytest.approx([2.975, 2.977, 2.975, 2.99])
 
 
@@ -110,5 +120,5 @@ def test_what_is_no_copy_of_another_block_keeps_its_depth():
         },
     )
     program = RuleGenerator().first(stage.case("The box slides to the left."), stage.reconstruct)
-    depths = {item.name: item.shape.size[1] for item in program.scene.objects}
+    depths = {item.name: _depth(program, item.name) for item in program.scene.objects}
     assert depths == {"red_block": 0.1, "blue_block": 0.04, "box": 0.05}

@@ -11,8 +11,19 @@ from physagent_studio.agent.rules.schedule import actions as act
 from physagent_studio.agent.rules.schedule import scripts
 from physagent_studio.agent.rules.schedule.ramps import down_ramp
 from physagent_studio.agent.rules.schedule.scripts import Task
+from physagent_studio.agent.rules.schedule.told_order import (
+    GROUND,
+    OVER,
+    backs_first,
+    goes_first,
+    going_on,
+    is_stiff,
+    rolls_when_it_lies,
+    spins_first,
+    tips_onto,
+    wobbles_first,
+)
 from physagent_studio.language import EDGES, EventFrame
-from physagent_studio.language.tokens.vocabulary import words_of
 from physagent_studio.program.actions import Action
 from physagent_studio.program.scene.aloft import in_air
 
@@ -30,7 +41,7 @@ def script_for(task: Task) -> Script:
         return scripts.float_down
     if _is_carried(task):
         return scripts.carry
-    if _backs_first(task):
+    if backs_first(task):
         return _back_and_on
     if intent.frames and intent.frames[0].sense == "rise":
         return scripts.lift
@@ -56,7 +67,7 @@ def script_for(task: Task) -> Script:
     inside = task.target()
     if flying or (inside is not None and _is_opening(inside.name, layout) and intent.has("land")):
         return scripts.through_air
-    if _rolls_when_it_lies(task):
+    if rolls_when_it_lies(task):
         return scripts.over_and_off if _leaves_support(task) else scripts.over_and_on
     if _leaves_support(task):
         return scripts.off_edge
@@ -215,10 +226,10 @@ def _by_sense(task: Task) -> Script:
         (("sway",) if _hangs(task) and intent.hits else (), scripts.swing),
         (("jump",), _hopping(task)),
         (("bounce",), _bouncing(task)),
-        (_OVER if _tips_onto(task) else (), scripts.tip),
+        (OVER if tips_onto(task) else (), scripts.tip),
         (("knock_over", "tip_over") if intent.hits else (), scripts.along_ground),
         (("reverse",) if not intent.hits else (), scripts.turn_back),
-        (_GROUND, scripts.along_ground),
+        (GROUND, scripts.along_ground),
         (("flip",), scripts.tip),
         (("knock_over", "tip_over", "topple", "lose_balance"), scripts.tip),
         (("spin",), scripts.spin_about),
@@ -226,7 +237,7 @@ def _by_sense(task: Task) -> Script:
         (("turn_around", "reverse"), scripts.turn_back),
         (("turn",), scripts.spin_about),
         (("sway",) if _hangs(task) else (), scripts.swing),
-        (("sway",), scripts.rock if _is_stiff(task) else _nothing),
+        (("sway",), scripts.rock if is_stiff(task) else _nothing),
         (("stop", "settle"), scripts.along_ground if _on_level(task) else _nothing),
         (("deform",) if scripts.is_squeezed(task) else (), scripts.squeeze),
         (("crush", "collapse", "break", "spread", "sway", "bend", "deform"), _nothing),
@@ -239,11 +250,11 @@ def _by_sense(task: Task) -> Script:
         and intent.has("fall", "land", "crush")
     ):
         return _nothing
-    if _spins_first(task):
+    if spins_first(task):
         return scripts.spin_over
-    if _wobbles_first(task):
+    if wobbles_first(task):
         return scripts.rock_over
-    if _goes_first(task):
+    if goes_first(task):
         return scripts.go_over
     if (
         intent.has("spin")
@@ -257,70 +268,13 @@ def _by_sense(task: Task) -> Script:
     return _nothing
 
 
-_OVER = ("topple", "lose_balance", "fall")
-
-
-def _spins_first(task: Task) -> bool:
-    """ "It spins, then it falls over": on the spot, one after the other."""
-    told = [frame.sense for frame in task.intent.frames if not frame.negated]
-    over = next((k for k, sense in enumerate(told) if sense in _OVER), 0)
-    return "spin" in told[:over] and _can_only_topple_here(task) and not task.intent.has(*_GROUND)
-
-
-def _wobbles_first(task: Task) -> bool:
-    """ "It wobbles, then it topples", where nothing strikes it."""
-    told = [frame.sense for frame in task.intent.frames if not frame.negated]
-    over = next((k for k, sense in enumerate(told) if sense in _OVER), 0)
-    alone = not task.intent.struck_by and not task.intent.hits and not task.intent.has(*_GROUND)
-    return "sway" in told[:over] and alone and _is_stiff(task) and _can_only_topple_here(task)
-
-
-def _rolls_when_it_lies(task: Task) -> bool:
-    """ "The tin tips over and rolls into the box": first it stands, then it lies and is round."""
-    told = [f.sense for f in task.intent.frames if not f.negated and task.name in f.patient]
-    roll = next((k for k, sense in enumerate(told) if sense == "roll"), 0)
-    over = {*_OVER, "tip_over", "knock_over"} & {*told[:roll]}
-    alone = not task.intent.struck_by and task.layout.downhill(task.name) is None
-    return bool(over) and alone and task.layout.rolls_on_its_side(task.name)
-
-
-def _goes_first(task: Task) -> bool:
-    """ "It rolls, slows down and falls over": on level ground, one after the other."""
-    told = [frame.sense for frame in task.intent.frames if not frame.negated]
-    over = next((k for k, sense in enumerate(told) if sense in _OVER), 0)
-    goes = bool({"roll", "slide", "move", "slow"} & set(told[:over]))
-    alone = not task.intent.hits and not task.intent.struck_by and task.target() is None
-    level = task.layout.downhill(task.name) is None and task.wheels is None
-    return goes and alone and level and _can_only_topple_here(task)
-
-
-def _tips_onto(task: Task) -> bool:
-    """ "The first domino falls and knocks down the next", "the bottle topples and hits the bowl":
-    it stands within reach of it, and falls before anything else is told of it."""
-    layout, hits = task.layout, task.intent.hits
-    if not hits or not _can_only_topple_here(task) or not layout.has(hits[0]):
-        return False
-    told = [frame.sense for frame in task.intent.frames if not frame.negated]
-    over = next((k for k, sense in enumerate(told) if sense in _OVER), 0)
-    own = {f.sense for f in task.intent.frames if not f.negated and task.name not in f.agent}
-    if {"roll", "slide", "move", "drift", "push"} & own or "hit" in told[:over]:
-        return False
-    return layout.gap(task.name, hits[0]) < layout.height(task.name)
-
-
-def _can_only_topple_here(task: Task) -> bool:
-    layout = task.layout
-    own = [f for f in task.intent.frames if f.sense in _OVER and task.name in f.patient]
-    return bool(own) and layout.carrier(task.name) is not None and not layout.rolls(task.name)
-
-
 def _bouncing(task: Task) -> Script:
     """What hangs in the air falls by itself; what shall bounce on to a place is thrown there."""
     if task.layout.carrier(task.name) is None:
         return _nothing
     if task.down_the_steps() is not None:
         return scripts.along_ground
-    if (then := _going_on(task)) is not None:
+    if (then := going_on(task)) is not None:
         return lambda task: _bounced_then(task, then)
     if scripts.hops_told(task) and task.target() is None and task.way() in (None, "up"):
         return scripts.hop_along
@@ -328,31 +282,6 @@ def _bouncing(task: Task) -> Script:
         known = task.layout.has(task.intent.hits[0])
         return scripts.hop_onto if known and _bounces_first(task) else scripts.along_ground
     return scripts.through_air if task.target() is not None else scripts.leap
-
-
-def _going_on(task: Task) -> int | None:
-    """ "Bounces twice and then rolls out of the picture": which of its frames comes after it has
-    bounced on the spot; None where it bounces on its way."""
-    told = [f for f in task.intent.frames if not f.negated]
-    if len(told) < 2 or told[0].sense != "bounce" or told[0].places or task.intent.hits:
-        return None
-    goes = told[1].sense in ("roll", "slide", "move", "leave") and told[1].link == "then"
-    return 1 if goes and task.layout.rolls(task.name) else None
-
-
-def _backs_first(task: Task) -> bool:
-    """ "Reverses, then drives into the box": on its wheels, first with its back first."""
-    told = [f for f in task.intent.frames if not f.negated]
-    if task.wheels is None or len(told) < 2 or task.layout.ramp_below(task.name) is not None:
-        return False
-    first, on = told[0], told[1:]
-    back = first.direction == "backward" or "backwards" in first.manner
-    return (
-        back
-        and not first.agent
-        and all(f.direction != "backward" and "backwards" not in f.manner for f in on)
-        and any(f.sense in _GROUND for f in on)
-    )
 
 
 def _back_and_on(task: Task) -> list[Action]:
@@ -414,24 +343,11 @@ def _can_only_topple(task: Task) -> bool:
     return (lies or not layout.is_raised(task.name)) and not layout.rolls(task.name)
 
 
-_GROUND = tuple(
-    words_of(
-        "move slide drift roll curve circle push pull kick throw hit cross pass reach enter end "
-        "approach accelerate dislodge knock slip strike"
-    )
-)
-
-
 def _unless_toppling(task: Task, senses: tuple[str, ...], script: Script) -> Script:
     """A push that only shall make a thing fall over acts at its top."""
     own = task.intent.has("topple", "knock_over", "tip_over") and not task.intent.hits
     plain = not task.intent.has("roll", "slide", "move", "curve", "cross", "reach", "drift")
-    return scripts.tip if senses is _GROUND and own and plain else script
-
-
-def _is_stiff(task: Task) -> bool:
-    item = task.layout.state.object(task.name)
-    return item is not None and item.body.kind == "rigid" and not task.layout.rolls(task.name)
+    return scripts.tip if senses is GROUND and own and plain else script
 
 
 def _hangs(task: Task) -> bool:

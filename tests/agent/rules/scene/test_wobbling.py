@@ -34,6 +34,8 @@ STAGE = Stage(
 )
 def test_what_wobbles_loses_little(prompt: str, name: str, lossy: bool) -> None:
     program = RuleGenerator().first(STAGE.case(prompt), STAGE.reconstruct)
-    body = program.scene.object(name).body
+    item = program.scene.object(name)
+    assert item is not None
+    body = item.body
     assert isinstance(body, Soft)
     assert (body.damping >= 0.02) == lossy

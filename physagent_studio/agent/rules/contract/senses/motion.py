@@ -62,8 +62,7 @@ def slide(c: Context) -> list[Spec]:
 def _never_level(c: Context) -> bool:
     """Whether what it is on is a slope, is taken away, or is itself moved."""
     withdrawn = any(f.sense in ("withdrawn", "lose_support") for f in c.reading.frames)
-    carrier = c.layout.carrier(c.subject)
-    carried = c.layout.state.object(carrier or "") is not None
+    carried = c.layout.state.object(c.layout.carrier(c.subject) or "") is not None
     return withdrawn or carried or c.layout.ramp_below(c.subject) is not None
 
 
@@ -275,8 +274,8 @@ def set_down(c: Context) -> list[Spec]:
     up = [] if was_raised(c) else [spec("moves", c.subject, distance=far, direction="up")]
     beside = c.frame.place("near")
     # Put down next to a thing it stands on what that stands on.
-    about = c.subject if beside is None or not c.layout.has(beside.name) else beside.name
-    carrier = c.layout.carrier(about) if below is None else below.name
+    about = beside.name if beside is not None and c.layout.has(beside.name) else c.subject
+    carrier = below.name if below is not None else c.layout.carrier(about)
     inside = [one for one in along(c) if one.kind == "lands_in"]
     there = inside or [spec("reaches", c.subject, other=carrier)]
     ways = [way for way in c.ways() if way not in ("up", "down")]
@@ -284,7 +283,7 @@ def set_down(c: Context) -> list[Spec]:
     if beside is not None and c.layout.is_known(place_name(beside)):
         close = c.length(1.6, 0.1, 0.6)
         there.append(spec("stops", c.subject, near=place_name(beside), distance=close))
-    # Gently is said of how it is set down, and not of how fast it goes along on the level.
+    # Gently is said of how it is set down, not of how fast it goes along on the level.
     slowly = [one for one in manner(c) if one.kind != "speed_between"]
     return [*up, spec("falls", c.subject, drop=far), *there, *aside, *slowly]
 

@@ -62,10 +62,7 @@ def _count(parts: list[Outcome], low: int, high: int) -> Outcome:
 
 
 def _before(first: Outcome, second: Outcome, within: float | None, facts: Facts) -> Outcome:
-    """Seconds from the first to the second, over the clip; a part that fails comes before all.
-
-    What a blow does within the control step of the contact comes after it: 0 s later is in order.
-    """
+    """Seconds from the first to the second, over the clip; a part that fails comes before all."""
     seconds = max(facts.rollout.steps * facts.dt, facts.dt)
     failing = [one for one in (first, second) if not one.holds]
     if failing:
@@ -74,7 +71,7 @@ def _before(first: Outcome, second: Outcome, within: float | None, facts: Facts)
     if first.step is None or second.step is None:
         return unmeasurable("when one of them happened is not known")
     lead = (second.step - first.step) * facts.dt
-    margin = (lead + facts.dt / 2) / seconds
+    margin = (lead - facts.dt / 2) / seconds
     if within is not None:
         margin = min(margin, (within - lead) / max(within, facts.dt))
     note = f"{abs(lead):.2f} s {'earlier' if lead > 0 else 'later'}" if lead else "at the same time"

@@ -211,7 +211,11 @@ class _Draft:
         other = next((s for s in events(earlier) if s != mine), None)
         if mine is not None and other is not None:
             pair = (other, mine) if frame.link == "before" else (mine, other)
-            self.told.state(Spec("before", {}, pair), frame.clause)
+            order = Spec("before", {}, pair)
+            if caused and main.sense == "break":
+                # What shatters as it is hit does so within the control step of the blow.
+                order = Spec("before", {}, pair[::-1]).opposite()
+            self.told.state(order, frame.clause)
 
     def _sequel(self, index: int, frame: EventFrame, groups: list[list[Spec]]) -> None:
         """ "First … then … finally": in that order."""

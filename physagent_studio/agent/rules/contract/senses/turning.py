@@ -101,7 +101,7 @@ def turn_around(c: Context) -> list[Spec]:
     """Faces another way than before."""
     if c.layout.rolls(c.subject):
         return reverse(c)
-    angle = _least_turn(c, 90.0)
+    angle = _least_turn(c, 120.0)
     return [spec("rotates", c.subject, angle=angle, axis=(0.0, 0.0, 1.0))]
 
 

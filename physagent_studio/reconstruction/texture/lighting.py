@@ -76,6 +76,7 @@ class LightingSettings:
     max_gloss_share: float = 0.20  # 0.05..0.5: of what is seen; more is paint
     min_saturation_log: float = 0.12  # 0.03..0.4: below which a thing is grey
     white_levels: float = 130.0  # 90..220: beyond which what is grey is white
+    band_share: float = 0.85  # 0.6..1: of a row of a thing, from which on it is a painted band
     lamp_levels: int = 170  # 120..250: least white in the middle of a spot of gloss
     min_own_share: float = 0.7  # 0.4..1: of what lies around a spot, in the thing's own hue
     min_spot_share: float = 0.0004  # 0..0.01: of what is seen; smaller spots are noise
@@ -344,12 +345,19 @@ def _among_its_own(
         if stats[index, cv2.CC_STAT_AREA] < LIGHTING.min_spot_share * np.count_nonzero(inner):
             continue
         patch = labels == index
-        if white[patch].max() < LIGHTING.lamp_levels:
+        if white[patch].max() < LIGHTING.lamp_levels or _is_band(patch, inner):
             continue
         ring = grow(patch, 5) & ~grow(patch, 2) & inner & ~bright
         if ring.any() and usual[ring].mean() > LIGHTING.min_own_share:
             kept |= patch
     return kept
+
+
+def _is_band(patch: BoolArray, inner: BoolArray) -> bool:
+    """Whether a patch (H, W) goes across all of a thing from side to side: no gloss does."""
+    rows = patch.any(1)
+    across = patch[rows].sum(1) > LIGHTING.band_share * inner[rows].sum(1)
+    return bool(across.mean() > 0.5)
 
 
 def _spread_out(

@@ -8,7 +8,7 @@ from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import Box, Cylinder, SceneObject, Sphere
 from physagent_studio.reconstruction import mesh_of
 from physagent_studio.reconstruction.texture.hidden_sides import covered_painted
-from physagent_studio.reconstruction.texture.lighting import unlit
+from physagent_studio.reconstruction.texture.lighting import _spots, unlit
 from physagent_studio.reconstruction.texture.projection import _painted, textured
 from physagent_studio.records.scene import Mesh
 from physagent_studio.rendering import Compositor
@@ -227,3 +227,15 @@ def test_a_covered_side_of_a_block_has_its_own_colour():
     assert np.abs(painted.reshape(-1, 3)[top].astype(int) - (150, 60, 40)).max() < 8
     ball = covered_painted(photo, mask, CAMERA, ITEM, (photo, (0, 0)))
     assert ball is photo
+
+
+def test_a_white_band_around_a_thing_is_paint_and_no_gloss():
+    """Gloss ends before the outline; what goes across all of a cone is painted on it."""
+    picture = np.full((120, 80, 3), (200, 80, 20), np.uint8)
+    own = np.zeros((120, 80), bool)
+    own[10:110, 15:65] = True
+    spot = picture.copy()
+    spot[40:60, 30:40] = 250
+    assert _spots(spot, spot, own).any()
+    picture[40:60] = 250
+    assert not _spots(picture, picture, own).any()

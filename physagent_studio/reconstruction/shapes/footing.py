@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import cv2
@@ -24,6 +25,8 @@ class FootingSettings:
     margin_share: float = 0.12  # 0..0.4: of the base: the centre of mass from its rim at least
     # cosine, 0.1..0.9: of the picture and a thing on feet, to be so turned
     min_facing_cosine: float = 0.4
+    # cosine, 0.4..1: by which one that is turned more counts as turned: rows of feet tell it badly
+    least_facing_cosine: float = 0.75
 
 
 FOOTING = FootingSettings()
@@ -83,7 +86,11 @@ def across_the_feet(mask: BoolArray, camera: Camera, ahead: FloatArray) -> Float
     if not np.isfinite(along).all() or float(np.hypot(*along)) < 1e-9:
         return ahead
     across = np.array([-along[1], along[0], 0.0]) / float(np.hypot(*along))
-    return across if float(across @ ahead) > FOOTING.min_facing_cosine else ahead
+    cosine, least = float(across @ ahead), FOOTING.least_facing_cosine
+    if cosine >= least or cosine <= FOOTING.min_facing_cosine:
+        return across if cosine >= least else ahead
+    beside = across - cosine * ahead
+    return least * ahead + math.sqrt(1 - least**2) * beside / float(np.linalg.norm(beside))
 
 
 def _feet(mask: BoolArray) -> FloatArray | None:

@@ -60,7 +60,7 @@ BODIES = {
     "prisms": "what drives stands over the footprint that is seen",
     "outline fitting": "meshes are led to their masks before the photo is laid on them",
     "outline bending": "also by a thin plate along the outline",
-    "outline carving": "what projects beside the mask of a body laid out deep is not drawn",
+    "outline carving": "what covers openings of its mask is drawn along the rays of that",
     "light off": "light is read off round things and taken out of their textures",
     "light on blocks": "so is that on the sides of a block of one colour",
     "gloss off": "gloss too",

@@ -1,9 +1,9 @@
 """A solid from a silhouette: the outline as the picture shows it, a plausible depth behind it.
 
 The mask is laid on an upright plane that faces the camera and given a thickness there. Round
-things swell like a membrane under pressure; things whose usual depth is known (a car, a house) or
-larger than that get flat sides with a rounded rim. What stands was cut level where it touches the
-ground, for a thing that is seen to stand has a base to stand on.
+things swell as the balls that find room in their outline; things whose usual depth is known (a car,
+a house) or larger than that get flat sides with a rounded rim. What stands was cut level where it
+touches the ground, for a thing that is seen to stand has a base to stand on.
 """
 
 from __future__ import annotations
@@ -19,10 +19,17 @@ from physagent_studio.program.scene.state import Inflated
 from physagent_studio.reconstruction.camera.rays import depth_of, on_plane, on_upright_through
 from physagent_studio.reconstruction.photo.regions import BoolArray, bounds
 from physagent_studio.reconstruction.shapes.footing import across_the_feet, levelled
-from physagent_studio.reconstruction.shapes.legs import split_legs
+from physagent_studio.reconstruction.shapes.legs import split_legs, thin_legs
 from physagent_studio.reconstruction.shapes.meshes import one_surface, volume_and_centre
 from physagent_studio.reconstruction.shapes.prisms import plan_of, prism_mesh
-from physagent_studio.reconstruction.shapes.sheets import Sheet, closed, sheet_of, thickness
+from physagent_studio.reconstruction.shapes.sheets import (
+    SHEET,
+    Sheet,
+    closed,
+    is_slender,
+    sheet_of,
+    thickness,
+)
 from physagent_studio.reconstruction.switches import at_work
 from physagent_studio.records.scene import Mesh
 
@@ -43,18 +50,43 @@ def inflated_mesh(mask: BoolArray, camera: Camera, shape: Inflated) -> Mesh:
     plan = None if shape.turn is None else plan_of(mask, camera, shape.turn, shape.thickness)
     if plan is not None:
         vertices, faces = prism_mesh(mask, camera, plan)
-    elif shape.seat is not None and not shape.flat:
-        half = _half_depth(_laid(mask, plane, shape.straight), mask, share)
-        vertices, faces = _with_back(mask, plane, half, shape.seat)
     elif shape.flat:
         vertices, faces = _level(mask, camera, share, shape.straight)
     else:
-        vertices, faces = _upright(mask, plane, share, shape.straight)
+        half = _half_depth(_laid(mask, plane, shape.straight), mask, share)
+        vertices, faces = _stood(mask, plane, half, shape)
     low, high = vertices.min(0), vertices.max(0)
     scale = np.array(shape.size) / np.maximum(high - low, 1e-12)
     vertices = levelled((vertices - (low + high) / 2) * scale, faces.astype(np.int32))
     _, centre = volume_and_centre(vertices, faces.astype(np.int32))
     return Mesh(vertices - centre, faces.astype(np.int32))
+
+
+def seen_mesh(
+    mask: BoolArray, camera: Camera, shape: Inflated, world: FloatArray
+) -> tuple[FloatArray, NDArray[np.int64]]:
+    """World vertices (V, 3), m, and faces of an upright `Inflated` shape that lie on rays of the
+
+    mask, front and back. world: vertices of its body, in whose middle its outline is laid.
+    """
+    plane = replace(_plane(mask, camera, shape.facing), sight=True)
+    half = _half_depth(
+        _laid(mask, plane, shape.straight), mask, shape.size[1] / max(shape.size[0], 1e-9)
+    )
+    vertices, faces = _stood(mask, plane, half, shape)
+    eye = np.asarray(camera.position)
+    reach = (world - eye) @ plane.ahead
+    away = (float(reach.min()) + float(reach.max())) / 2 / float((plane.centre - eye) @ plane.ahead)
+    return eye + away * (vertices - eye), faces
+
+
+def has_slender_parts(mask: BoolArray, camera: Camera, shape: Inflated) -> bool:
+    """Whether much of an `Inflated` shape over a mask would be boards where its outline is thin."""
+    if shape.flat or shape.turn is not None:
+        return False
+    laid = _laid(mask, _plane(mask, camera, shape.facing), shape.straight)
+    half = _half_depth(laid, mask, shape.size[1] / max(shape.size[0], 1e-9))
+    return laid[2].straight_at(half) and is_slender(laid[2], half)
 
 
 def sheet_on_plane(
@@ -64,7 +96,7 @@ def sheet_on_plane(
 
     through `point` that faces the camera.
     """
-    sheet = sheet_of(mask)
+    sheet = sheet_of(mask, cells=SHEET.max_drawn_cells)
     ahead = np.asarray(point, float) - np.asarray(camera.position)
     ahead[2] = 0.0
     ahead /= max(float(np.hypot(*ahead[:2])), 1e-9)
@@ -79,7 +111,7 @@ def sheet_on_level(
 ) -> tuple[FloatArray, NDArray[np.int64]]:
     """World vertices (V, 3), m, and faces of the round body over a mask that lies between two
     levels, m."""
-    sheet = sheet_of(mask)
+    sheet = sheet_of(mask, cells=SHEET.max_drawn_cells)
     flat = on_plane(camera, sheet.pixels, (low + high) / 2)
     pixel = depth_of(camera, flat.mean(axis=0)) / camera.focal
     thick = np.minimum(sheet.swell, (high - low) / 2 / pixel)
@@ -108,22 +140,18 @@ def upright_extent(
     return x, y, z
 
 
-def _upright(
-    mask: BoolArray, plane: _Plane, depth_share: float, straight: bool
+def _stood(
+    mask: BoolArray, plane: _Plane, half: float, shape: Inflated
 ) -> tuple[FloatArray, NDArray[np.int64]]:
-    """World vertices around a plane one unit away, and faces.
-
-    depth_share: extent of the result along y as a share of that along x.
-    """
-    flat, ahead, sheet = _laid(mask, plane, straight)
-    most = _half_depth((flat, ahead, sheet), mask, depth_share)
-    if sheet.straight_at(most):
-        body, legs = split_legs(mask) if at_work("legs") else (mask, [])
+    """World vertices around a plane one unit away, and faces; 2 · half pixels deep."""
+    if shape.seat is not None:
+        return _with_back(mask, plane, half, shape.seat)
+    if sheet_of(mask, shape.straight).straight_at(half):
+        split = (lambda own: thin_legs(own, half)) if plane.sight else split_legs
+        body, legs = split(mask) if at_work("legs") else (mask, [])
         if legs:
-            return _on_legs(body, legs, plane, most)
-    thick = thickness(sheet, most)
-    push = thick[:, None] * ahead[None]
-    return closed(np.vstack([flat - push, flat + push]), sheet, thick)
+            return _on_legs(body, legs, plane, half)
+    return plane.standing(mask, half, 0.0, shape.straight)
 
 
 def _half_depth(
@@ -170,9 +198,12 @@ def _on_legs(
     max_post_share = 0.4  # 0.1..0.6: of the body's depth: legs are thinner
     ground = max(bounds(leg)[3] for leg in legs)
     for leg in legs:
-        leg = _down_to(leg, ground)
-        x0, _, x1, _ = bounds(leg)
-        own = min(0.5 * (x1 - x0), max_post_share * half)
+        if plane.sight:
+            own = min(float(sheet_of(leg).swell.max()), max_post_share * half)
+        else:
+            leg = _down_to(leg, ground)
+            x0, _, x1, _ = bounds(leg)
+            own = min(0.5 * (x1 - x0), max_post_share * half)
         for side in (-1.0, 1.0):
             parts.append(plane.standing(leg, own, shift + side * (half - own)))
     vertices, faces = one_surface(parts)
@@ -226,12 +257,14 @@ class _Plane:
 
     behind: level unit vector along which the body reaches back, midway between that normal and the
     view: the photo hardly shows its sides then, and they are nearly at right angles to its front.
+    sight: it reaches back along each ray instead, and what is thin stays so.
     """
 
     camera: Camera
     centre: FloatArray
     ahead: FloatArray
     behind: FloatArray
+    sight: bool = False
 
     def farther(self, shift: float) -> _Plane:
         """The plane so many pixels behind it: what is laid on it is seen in the same place."""
@@ -246,10 +279,18 @@ class _Plane:
     ) -> tuple[FloatArray, NDArray[np.int64]]:
         """The body over a mask, 2 · half pixels deep, its middle `shift` pixels behind."""
         sheet = sheet_of(mask, straight)
-        thick = thickness(sheet, half)
-        pixel = self.behind / self.camera.focal
-        flat, push = self.laid(sheet) + shift * pixel, thick[:, None] * pixel
-        return closed(np.vstack([flat - push, flat + push]), sheet, thick)
+        thick = thickness(sheet, half, self.sight)
+        flat = self.laid(sheet)
+        ends = [self.pushed(flat, shift - thick), self.pushed(flat, shift + thick)]
+        return closed(np.vstack(ends), sheet, thick)
+
+    def pushed(self, flat: FloatArray, push: FloatArray) -> FloatArray:
+        """Places (V, 3) so many pixels (V,) behind those on the plane."""
+        if not self.sight:
+            return flat + push[:, None] * self.behind / self.camera.focal
+        eye = np.asarray(self.camera.position)
+        far = 1 + push / self.camera.focal / ((flat - eye) @ self.ahead)
+        return np.asarray(eye + (flat - eye) * far[:, None])
 
 
 def _laid(mask: BoolArray, plane: _Plane, straight: bool) -> tuple[FloatArray, FloatArray, Sheet]:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from physagent_studio.reconstruction.photo.regions import BoolArray, bounds
+from physagent_studio.reconstruction.photo.regions import BoolArray, bounds, grow
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,6 +24,9 @@ class SplitSettings:
     # 0..0.2: of the height from below: feet and rims end at different rows
     ragged_share: float = 0.15
     into_share: float = 0.08  # 0..0.3: of the height, that a leg reaches into the body
+    thin_share: float = 0.35  # 0.1..0.6: of half a body's depth, that half a leg is wide at most
+    # 0.05..0.4: of half the depth over the width, from which on it stands on more than one row
+    min_deep_ratio: float = 0.15
 
 
 SPLIT = SplitSettings()
@@ -52,6 +55,38 @@ def split_legs(mask: BoolArray) -> tuple[BoolArray, list[BoolArray]]:
     body = mask & ~below
     reach = max(2, round(SPLIT.into_share * height))
     return body, [leg | (_column(leg, top, reach) & mask) for leg in legs]
+
+
+def thin_legs(mask: BoolArray, half: float) -> tuple[BoolArray, list[BoolArray]]:
+    """The body (H, W) of what is 2 · half pixels deep, and the thin parts that carry something wide
+
+    and have another beside them, as a pole has not; none is ().
+    """
+    x0, y0, x1, y1 = bounds(mask)
+    if half < SPLIT.min_deep_ratio * (x1 - x0):
+        return mask, []
+    reach = 2 * max(1, round(SPLIT.thin_share * half)) + 1
+    around = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (reach, reach))
+    own = np.pad(mask[y0:y1, x0:x1], reach).astype(np.uint8)
+    wide = cv2.morphologyEx(own, cv2.MORPH_OPEN, around)[reach:-reach, reach:-reach] > 0
+    rows = mask[y0:y1, x0:x1]
+    runs = (np.diff(np.pad(rows, ((0, 0), (1, 1))).astype(np.int8), axis=1) == 1).sum(1)
+    thin = np.zeros_like(mask)
+    thin[y0:y1, x0:x1] = rows & ~wide & (runs >= 2)[:, None]
+    under = np.zeros_like(mask)
+    under[y0:y1, x0:x1] = grow(rows & wide, max(2, reach // 2))
+    low = y1 - SPLIT.ragged_share * (y1 - y0)
+    count, labels, stats, _ = cv2.connectedComponentsWithStats(thin.astype(np.uint8))
+    legs = [
+        labels == k
+        for k in range(1, count)
+        if stats[k, cv2.CC_STAT_TOP] + stats[k, cv2.CC_STAT_HEIGHT] > low
+        and (under & (labels == k)).any()
+    ]
+    if not legs:
+        return mask, []
+    into = max(2, reach // 2)
+    return mask & ~np.any(legs, axis=0), [grow(leg, into) & mask for leg in legs]
 
 
 def _opening(mask: BoolArray, box: tuple[int, int, int, int]) -> int | None:

@@ -1,6 +1,6 @@
 """What the mask shows of a thing and its body does not: openings, and parts that stand off.
 
-Looks alone: what is cut out of what is drawn, or added to it, collides as before.
+Looks alone: what is laid out anew to be drawn, or added to that, collides as before.
 """
 
 from __future__ import annotations
@@ -9,13 +9,16 @@ from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
-from scipy.ndimage import map_coordinates
 
 from physagent_studio.program.rotations import matrix_of
 from physagent_studio.program.scene.state import Inflated, SceneObject
-from physagent_studio.reconstruction.photo.regions import BoolArray, grow, iou
-from physagent_studio.reconstruction.shapes.inflation import sheet_on_level, sheet_on_plane
+from physagent_studio.reconstruction.photo.regions import BoolArray, bounds, grow, iou
+from physagent_studio.reconstruction.shapes.inflation import (
+    has_slender_parts,
+    seen_mesh,
+    sheet_on_level,
+    sheet_on_plane,
+)
 from physagent_studio.reconstruction.shapes.meshes import one_surface
 from physagent_studio.reconstruction.shapes.silhouettes import in_world
 from physagent_studio.reconstruction.switches import at_work
@@ -29,11 +32,6 @@ from physagent_studio.reconstruction.texture.outline_fitting import (
 )
 from physagent_studio.records.scene import Mesh
 
-CARVED = ("inflated",)
-"""Kinds made from the outline of a mask, which fill what it leaves open. What is turned about an
-axis has no openings, and would be torn at its far rim."""
-
-
 SMOOTH = (*WHOLE, *LEFT, *FLAT)
 """Kinds that have no parts beside them: what a mask shows beside a ball or a box is wrong."""
 
@@ -45,18 +43,12 @@ class PartSettings:
     enough_iou: float = 0.97  # IoU, 0.9..1: with its mask, from which nothing is missing
     # 0.001..0.05: of the mask: smaller parts beside the body are its rough rim
     min_share: float = 0.004
-    # 0.0005..0.05: of the mask: smaller openings are its rim
-    min_open_share: float = 0.002
-    # IoU, 0.9..1: with its mask, that is enough with the rim left whole
-    rim_iou: float = 0.97
-    # IoU, 0..0.05: with its mask, that may be lost with the rim left whole
-    max_rim_loss: float = 0.012
-    # IoU, 0.6..0.95: with its mask, below which what is laid out deep is mostly openings
-    open_iou: float = 0.85
-    # IoU, 0..0.1: that a sheet may lose to what is cut open: spokes and wires are too thin for one
-    max_sheet_loss: float = 0.04
-    # 0.6..0.95: of the mask, that what has openings covers: what was moved by hand covers less
-    min_shown_share: float = 0.8
+    # IoU, 0.3..0.9: of its box with that of its mask: what was moved by hand stands elsewhere
+    min_box_iou: float = 0.7
+    # IoU, 0..0.1: with its mask, that may be lost where thin parts would be boards
+    max_slender_loss: float = 0.03
+    # IoU, 0..0.1: with its mask, that may be lost of a foot cut level in the middle of its body
+    max_foot_loss: float = 0.015
     overlap_px: int = 2  # 0..6: by which a part goes on into what is drawn
 
 
@@ -64,46 +56,50 @@ PART = PartSettings()
 
 
 def carved(sight: Sight, item: SceneObject, mesh: Mesh) -> Mesh:
-    """The mesh (body frame) without what would cover the openings that the mask shows.
+    """The mesh (body frame), or one that covers no opening that the mask shows.
 
-    A body laid out deep from its silhouette closes them behind: legs, spokes, a backrest. What
-    projects beside the mask at the first pose, front and back, is not drawn; it still collides.
-    Where that is much of it, shreds would be left: then the mask itself is drawn as a round sheet.
+    A body laid out deep from its silhouette closes them behind: legs, spokes, a backrest; and its
+    thin parts are boards. Where that is much of it, what is drawn is laid out along the rays by
+    which it is seen: closed, as deep, and in the mask whatever its depth. It collides as before.
     """
-    if item.shape is None or item.shape.kind not in CARVED or not at_work("outline carving"):
+    if not isinstance(item.shape, Inflated) or not at_work("outline carving"):
         return mesh
-    mask, drawn = sight.mask & sight.free, sight.drawn(in_world(item, mesh), mesh.faces)
-    if np.count_nonzero(mask & drawn) < PART.min_shown_share * np.count_nonzero(mask):
+    world, mask = in_world(item, mesh), sight.mask & sight.free
+    drawn = sight.drawn(world, mesh.faces)
+    before = iou(drawn, mask)
+    elsewhere = not drawn.any() or _box_iou(bounds(drawn), bounds(mask)) < PART.min_box_iou
+    slender = has_slender_parts(mask, sight.camera, item.shape)
+    if elsewhere or (before >= PART.enough_iou and not slender):
         return mesh
-    cut, covers = _cut_open(sight, item, mesh)
-    if iou(drawn, mask) < PART.open_iou:
-        sheet, seen = _cut_open(sight, item, _laid(sight, item, mask, in_world(item, mesh)))
-        return sheet if seen > covers - PART.max_sheet_loss else cut
-    return cut
+    laid = _along_sight(sight, item, mask, world)
+    after = iou(sight.drawn(in_world(item, laid), laid.faces), mask)
+    gain = -PART.max_slender_loss if slender else FITTING.min_gain
+    return laid if after > before + gain else mesh
 
 
-def _cut_open(sight: Sight, item: SceneObject, mesh: Mesh) -> tuple[Mesh, float]:
-    """The mesh without the faces that project beside the mask, where that covers it better, and
-    its IoU with it."""
-    told = sight.mask | ~sight.free
-    finer = mesh
-    max_halvings = 5  # count, 1..8: of a face across the mask's outline; each doubles the work
-    for _ in range(max_halvings):
-        pixels = sight.camera.project(in_world(item, finer))[0]
-        finer = _halved(finer, _across(told, pixels, finer.faces))
-    world, mask = in_world(item, finer), sight.mask & sight.free
-    middles = sight.camera.project(world)[0][finer.faces].mean(axis=1)
-    beside = sight.drawn(world, finer.faces) & ~told
-    wide = grow(_wide_parts(beside, PART.min_open_share * np.count_nonzero(mask)), 2)
-    kept = [_within(told, middles), _within(told | ~wide, middles)]
-    every = [finer.faces, *(finer.faces[one] for one in kept)]
-    before, after, least = (iou(sight.drawn(world, faces), mask) for faces in every)
-    if least > min(PART.rim_iou, after - PART.max_rim_loss):
-        # Without its rim front and back would come apart.
-        every[1], after = every[2], least
-    if after > before + FITTING.min_gain:
-        return replace(finer, faces=every[1]), after
-    return mesh, before
+def _box_iou(one: tuple[int, int, int, int], other: tuple[int, int, int, int]) -> float:
+    """IoU of two boxes x0, y0, x1, y1."""
+    wide, tall = (max(0, min(one[k + 2], other[k + 2]) - max(one[k], other[k])) for k in (0, 1))
+    areas = [(x1 - x0) * (y1 - y0) for x0, y0, x1, y1 in (one, other)]
+    return wide * tall / (sum(areas) - wide * tall)
+
+
+def _along_sight(sight: Sight, item: SceneObject, mask: BoolArray, world: FloatArray) -> Mesh:
+    """What is seen of a thing (body frame), as deep as its body (V, 3), world, on its ground."""
+    assert isinstance(item.shape, Inflated)
+    if item.shape.flat or item.shape.turn is not None:
+        return _laid(sight, item, mask, world)
+    vertices, own = seen_mesh(mask, sight.camera, item.shape, world)
+    faces = own.astype(np.int32)
+    nearer = _above(sight, vertices, world)
+    if sight.up is not None:
+        under = np.minimum(vertices @ sight.up - float((world @ sight.up).min()), 0.0)
+        cut = vertices - under[:, None] * sight.up
+        whole, level = (iou(sight.drawn(one, faces), mask) for one in (nearer, cut))
+        # Feet that are thin stand where they are seen, not in the middle of a deep body.
+        nearer = cut if level > whole - PART.max_foot_loss else nearer
+    body = (nearer - np.asarray(item.position)) @ matrix_of(item.rotation)
+    return Mesh(body, faces)
 
 
 def with_parts(sight: Sight, item: SceneObject, mesh: Mesh) -> Mesh:
@@ -161,35 +157,3 @@ def _above(sight: Sight, vertices: FloatArray, world: FloatArray) -> FloatArray:
     if lowest >= low or high <= low:
         return vertices
     return np.asarray(eye + (vertices - eye) * (high - low) / (high - lowest))
-
-
-def _across(told: BoolArray, pixels: FloatArray, faces: NDArray[np.int32]) -> BoolArray:
-    """(F,) which faces lie across the border of a region and are more than a pixel or two wide."""
-    corners = pixels[faces]
-    spots = np.concatenate([corners, (corners + np.roll(corners, 1, axis=1)) / 2], axis=1)
-    inside = _within(told, spots.reshape(-1, 2)).reshape(spots.shape[:2])
-    fine_px = 0.7  # 0.3..4: faces with shorter edges are not divided any more
-    wide = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1) > fine_px
-    return np.asarray(inside.any(axis=1) & ~inside.all(axis=1) & wide)
-
-
-def _within(area: BoolArray, points: FloatArray) -> BoolArray:
-    """(N,) whether pixels (N, 2) lie in a region (H, W), between whose pixels its outline runs."""
-    outline_px = 0.6  # 0.3..1.2: by which an outline is rounded, so that it has no steps
-    soft = cv2.GaussianBlur(area.astype(np.float32), (0, 0), outline_px)
-    spots = points[:, ::-1].T - 0.5
-    return np.asarray(map_coordinates(soft, spots, order=1, mode="nearest") > 0.5)
-
-
-def _halved(mesh: Mesh, which: BoolArray) -> Mesh:
-    """The mesh with each of these faces (F,) as four; what lies beside them stays whole."""
-    old = mesh.faces[which]
-    middles = (mesh.vertices[old] + mesh.vertices[np.roll(old, -1, axis=1)]) / 2
-    ab, bc, ca = (len(mesh.vertices) + np.arange(3 * len(old)).reshape(-1, 3)).T
-    a, b, c = old.T
-    four = np.stack([[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]).transpose(0, 2, 1)
-    return replace(
-        mesh,
-        vertices=np.vstack([mesh.vertices, middles.reshape(-1, 3)]),
-        faces=np.vstack([mesh.faces[~which], four.reshape(-1, 3)]).astype(np.int32),
-    )

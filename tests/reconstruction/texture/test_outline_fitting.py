@@ -7,6 +7,7 @@ from dataclasses import replace
 import cv2
 import numpy as np
 import pytest
+import trimesh
 
 from physagent_studio.benchmark.reconstruction.bench import _case
 from physagent_studio.benchmark.reconstruction.cover import covers_of
@@ -137,7 +138,8 @@ def test_openings_between_legs_stay_open() -> None:
     drawn = silhouette(CAMERA, in_world(item, look), look.faces)
     assert np.count_nonzero(drawn & ~shown) < 0.03 * np.count_nonzero(shown)
     assert np.count_nonzero(drawn & shown) > 0.95 * np.count_nonzero(shown)
-    # No shreds are left of its depth: legs are as deep as they are wide.
+    # Nothing of it is open, and no shreds are left of its depth: legs are as deep as they are wide.
+    assert trimesh.Trimesh(look.vertices, look.faces, process=False).is_watertight
     low = look.vertices[np.unique(look.faces)]
     low = low[low[:, 2] < -0.1]
     assert np.ptp(low[:, 1]) < 0.25 * np.ptp(mesh.vertices[:, 1])

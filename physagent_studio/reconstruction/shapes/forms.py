@@ -51,7 +51,7 @@ class FormSettings:
     min_solidity: float = 0.7
     min_turned_iou: float = 0.9  # IoU, 0.7..1: with its mask, of what stands over its footprint
     # 0.2..1: usual depth over the round one: flatter things show no sides
-    min_straight_ratio: float = 0.6
+    min_straight_ratio: float = 0.75
     thin_deg: float = 12.0  # 3..30: least angle from which one looks down on thin things that lie
     thick_deg: float = 30.0  # 10..60: on thick ones
     part_rounds: int = 8  # count, 1..16: in which a body and what stands off it are told apart
@@ -264,6 +264,8 @@ def inflated_form(
         and usual.depth is not None
         and (usual.drives or depth > FORM.min_straight_ratio * natural)
     )
+    # A usual depth of what swells is that behind its front; two feet may make a step.
+    facing = facing or (usual.depth is not None and not straight)
     extent = upright_extent(mask, camera, depth, straight, facing)
     share = extent[1] / max(extent[0], 1e-9)
     along = base.hold < 1 and not base.free_z

@@ -125,3 +125,22 @@ def test_what_drives_is_cut_straight_through_and_stands_on_its_sides(name, strai
     )
     assert isinstance(form.shape, Inflated)
     assert form.shape.straight is straight
+
+
+def test_a_person_is_half_as_deep_as_wide_and_faces_the_view_though_making_a_step():
+    """Round, a chest would be a barrel; across two feet at a step, one would stand turned."""
+    camera = Camera.from_horizon((640, 480), 100, 1.0, focal=600.0)
+
+    def draw(canvas):
+        cv2.ellipse(canvas, (320, 230), (32, 60), 0, 0, 360, 1, -1)
+        cv2.line(canvas, (310, 270), (296, 352), 1, 16)
+        cv2.line(canvas, (330, 270), (348, 362), 1, 16)
+
+    mask = _upright_thing(camera, draw)
+    spot = on_plane(camera, [foot_of(mask)], 0.0)[0]
+    base = Base(float(spot[0]), float(spot[1]), 0.0)
+    shape = forms(camera, mask, base, usual_size("woman"), "inflated")[0].shape
+    assert isinstance(shape, Inflated)
+    assert shape.facing
+    assert not shape.straight
+    assert shape.size[1] == pytest.approx(0.5 * shape.size[0], rel=0.1)

@@ -127,12 +127,7 @@ def sheet_of(mask: BoolArray, straight: bool = False, cells: int = SHEET.max_cel
     deep = pad + min(x1 - x0, y1 - y0) // 2
     window = np.pad(mask[y0:y1, x0:x1], ((pad, deep), (pad, pad))).astype(np.uint8)
     signed, room = (
-        np.asarray(
-            cv2.distanceTransform(own, cv2.DIST_L2, 0)
-            - cv2.distanceTransform(1 - own, cv2.DIST_L2, 0),
-            np.float32,
-        )
-        for own in (window, _on_below(window, y1 - y0, pad))
+        _distance(own) - _distance(1 - own) for own in (window, _on_below(window, y1 - y0, pad))
     )
     # Thin parts need a finer grid: a pole shall be at least two cells wide.
     inset = signed[signed > 0]
@@ -180,6 +175,16 @@ def sheet_of(mask: BoolArray, straight: bool = False, cells: int = SHEET.max_cel
     inset = np.maximum(field[used], 0)
     wide = np.asarray(cv2.GaussianBlur(wide, (0, 0), 1.0), float)[used]
     return Sheet(pixels, faces, ring[used], swell[used], inset, wide, straight)
+
+
+def _distance(inside: NDArray[np.uint8]) -> NDArray[np.float32]:
+    """(H, W) how far pixels are from the nearest that is 0, to the bit.
+
+    The exact transform takes roots of whole numbers, and takes them by other ways where an array
+    lies elsewhere in memory.
+    """
+    found = np.asarray(cv2.distanceTransform(inside, cv2.DIST_L2, cv2.DIST_MASK_PRECISE))
+    return np.sqrt(np.rint(found * found), dtype=np.float32)
 
 
 def _on_below(window: NDArray[np.uint8], height: int, pad: int) -> NDArray[np.uint8]:

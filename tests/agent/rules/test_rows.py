@@ -122,3 +122,23 @@ def test_what_is_no_copy_of_another_block_keeps_its_depth():
     program = RuleGenerator().first(stage.case("The box slides to the left."), stage.reconstruct)
     depths = {item.name: _depth(program, item.name) for item in program.scene.objects}
     assert depths == {"red_block": 0.1, "blue_block": 0.04, "box": 0.05}
+
+
+def test_what_strikes_a_row_and_is_none_of_it_need_not_fall_over():
+    stage = Stage(
+        "lane",
+        {
+            "marble": (Sphere(radius=0.02), (-0.6, 2.6, 0.02), "floor"),
+            **{
+                f"domino_{k + 1}": (
+                    Box(size=(0.02, 0.06, 0.12)), (-0.3 + 0.07 * k, 2.6, 0.06), "floor"
+                )
+                for k in range(4)
+            },
+        },
+    )  # fmt: skip
+    prompt = "The marble rolls into the first domino and starts a chain reaction."
+    program = RuleGenerator().first(stage.case(prompt), stage.reconstruct)
+    fallen = {s.subject for s in program.contract.statements if s.kind == "topples"}
+    assert fallen
+    assert "marble" not in fallen

@@ -23,6 +23,7 @@ from physagent_studio.agent.rules.contract.statements import Statements
 from physagent_studio.agent.rules.contract.untold import untold
 from physagent_studio.agent.rules.scene import mechanics as mech
 from physagent_studio.agent.rules.scene.measures import Layout, place_name
+from physagent_studio.knowledge import kind_of
 from physagent_studio.language import EventFrame, Place, Reading
 from physagent_studio.language.tokens.vocabulary import words_of
 from physagent_studio.program.contract import Contract
@@ -268,7 +269,10 @@ class _Draft:
             return []
         (first,) = frame.agent
         row = {s.fields["subject"]: s for s in told}
-        if first in row or len(row) < 2:
+        kind = kind_of(first)
+        alike = kind is not None and all(kind_of(name) is kind for name in row)
+        if first in row or len(row) < 2 or not alike:
+            # What only strikes the first of them does not fall with them.
             return []
         struck = replace(told[0], fields={**told[0].fields, "subject": first})
         away = {name: self.layout.position(name) - self.layout.position(first) for name in row}

@@ -88,6 +88,23 @@ def test_what_backs_up_first_goes_on_front_first(prompt: str) -> None:
     assert all(check.ok for check in wheels)
 
 
+def test_what_has_wheels_does_not_fly_at_what_stands_higher() -> None:
+    stage = Stage(
+        "car_before_a_stack",
+        {
+            "toy_car": (Box(size=(0.12, 0.06, 0.05)), (-0.4, 3.1, 0.025), "floor"),
+            "red_block": (Box(size=(0.1, 0.1, 0.1)), (0.1, 3.1, 0.05), "floor"),
+            "blue_block": (Box(size=(0.1, 0.1, 0.1)), (0.1, 3.1, 0.15), "red_block"),
+        },
+    )
+    program = RuleGenerator().first(
+        stage.case("The toy car bumps into the blue block."), stage.reconstruct
+    )
+    rollout = simulate(program, {})
+    height = rollout.positions[:, rollout.index("toy_car"), 2]
+    assert height.max() < 0.06
+
+
 def test_what_bounces_back_went_there_front_first() -> None:
     prompt = "The toy car crashes head-on into the bottle and bounces back."
     program = RuleGenerator().first(LANE.case(prompt), LANE.reconstruct)

@@ -172,9 +172,12 @@ def _is_higher(task: Task) -> bool:
 
 
 def _is_out_of_reach(task: Task) -> bool:
-    """Whether what it shall hit stands on a thing that it would run into first."""
+    """Whether what a ball shall hit stands on a thing that it would run into first; what has
+    wheels or slides does not fly there."""
     layout, hits = task.layout, task.intent.hits
     if not hits or not layout.has(hits[0]) or layout.is_raised(task.name):
+        return False
+    if task.wheels is not None or not layout.rolls(task.name):
         return False
     base = layout.carrier(hits[0])
     if base is None or base == task.name or layout.state.object(base) is None:

@@ -34,7 +34,24 @@ def details_of(
     sense: of its verb; what is on a shelf and falls, falls from there.
     """
     details = Details(unknown=unknown)
-    inside = _opening(clause, sense, stock, talk)
+    _adverbs(clause, details, sense, _opening(clause, sense, stock, talk), talk)
+    for phrase in (*objects, *clause.subjects):
+        _adjectives(phrase, details)
+    _places(clause, details, sense, stock, talk)
+    if sense == "pull" and any(r == "off" and p.kind == "group" for r, p in details.places):
+        # "Out of the row".
+        details.manner |= {"out"}
+    _join_between(details)
+    if (sense, details.direction) in (("accelerate", "up"), ("slow", "down")):
+        # "Speeds up": that is the verb, and no way.
+        details.direction = None
+    return details
+
+
+def _adverbs(
+    clause: RawClause, details: Details, sense: str, inside: Place | None, talk: Discourse
+) -> None:
+    """The adverbs of a clause; inside: what "goes in" means."""
     comes = any(word.startswith("from_") for word in clause.adverbs)
     for word in clause.adverbs:
         if word == "in" and comes:
@@ -60,10 +77,14 @@ def details_of(
         elif {one, other} <= ways and ("back" not in clause.adverbs or one == "up"):
             # "The cup slides to the left and the box to the right".
             details.unknown[f"{one} … {other}"] = None
-    for phrase in (*objects, *clause.subjects):
-        _adjectives(phrase, details)
-    before = dict(details.unknown)
+
+
+def _places(
+    clause: RawClause, details: Details, sense: str, stock: Inventory, talk: Discourse
+) -> None:
+    """The prepositional phrases of a clause: where things are at first, and what it does there."""
     for preposition, phrase in clause.lead:
+        before = dict(details.unknown)
         take_preposition(preposition, phrase, details, stock, talk, clause)
         if any(subject.start < phrase.start for subject in clause.subjects):
             # "The cup next to the kettle", which nobody marked: that tells which cup, no more.
@@ -76,19 +97,12 @@ def details_of(
         for relation, place in details.places
         if relation not in SIDED
     )
+    before = dict(details.unknown)
     for preposition, phrase in clause.places:
         take_preposition(preposition, phrase, details, stock, talk, clause)
     if clause.verb is not None and clause.verb.form == "ing" and sense in _BEING_THERE:
         # "The lamp hanging from the ceiling".
         _only_note(details, before)
-    if sense == "pull" and any(r == "off" and p.kind == "group" for r, p in details.places):
-        # "Out of the row".
-        details.manner |= {"out"}
-    _join_between(details)
-    if (sense, details.direction) in (("accelerate", "up"), ("slow", "down")):
-        # "Speeds up": that is the verb, and no way.
-        details.direction = None
-    return details
 
 
 _BEING_THERE = v.words_of("hang rest lean stay")

@@ -50,10 +50,6 @@ def take_preposition(
     clause: RawClause,
 ) -> None:
     """Adds to `details` what one prepositional phrase of the clause says."""
-    own = preposition == "with" and phrase.determiner in ("its", "his", "her", "their")
-    if own and phrase.head in v.LIMBS | v.PARTS.keys() and not _is_there(phrase, stock):
-        # "Nudges it with its nose": so it does, being one thing.
-        return
     if _quantity(preposition, phrase, details):
         return
     if _only_said(preposition, phrase, details, stock, talk):
@@ -121,6 +117,10 @@ def _only_said(
         details.direction = details.direction or _side_said(phrase)
         return True
     if preposition == "with" and phrase.head in v.SOUNDS:
+        return True
+    own = preposition == "with" and phrase.determiner in ("its", "his", "her", "their")
+    if own and phrase.head in v.LIMBS | v.PARTS.keys() and not _is_there(phrase, stock):
+        # "Nudges it with its nose": so it does, being one thing.
         return True
     if preposition == "by" and phrase.head in v.LIMBS and not _is_there(phrase, stock):
         # "Is lifted by its handle": where it is held, and no one who does it.

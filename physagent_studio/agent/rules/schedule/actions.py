@@ -209,3 +209,10 @@ def on_contact(a: str, b: str, delay: int = 0) -> OnContact:
 def after(action: Action, delay: int = 0) -> After:
     """Starts when another action has ended."""
     return After(action=action.id, delay=delay)
+
+
+def later(action: Action, steps: int) -> Action:
+    """The action so many steps later, where it waits for nothing else."""
+    if not steps or action.when is not None:
+        return action
+    return action.model_copy(update={"start_step": action.start_step + steps})

@@ -16,7 +16,7 @@ from physagent_studio.agent.rules.schedule.told_order import (
     OVER,
     backs_first,
     goes_first,
-    going_on,
+    goes_on_after_bouncing,
     is_stiff,
     rolls_when_it_lies,
     spins_first,
@@ -25,6 +25,7 @@ from physagent_studio.agent.rules.schedule.told_order import (
 )
 from physagent_studio.language import EDGES, EventFrame
 from physagent_studio.program.actions import Action
+from physagent_studio.program.program import Clip
 from physagent_studio.program.scene.aloft import in_air
 
 Script = Callable[[Task], list[Action]]
@@ -93,8 +94,8 @@ def _is_carried(task: Task) -> bool:
     )
     dropped = bool(own) and _is_dropped(task, own[0])
     if (first == "rise" or not aloft) and scripts.turned_in_hand(task):
-        # "Is picked up and tilted", "is turned upside down"; what only leans does so as it stands.
-        return first == "rise" or any(f.posture == "inverted" for f in own[:1])
+        # "Is picked up and tilted", "is turned upside down"; what leans or flips stands as it does.
+        return first == "rise" or (first == "turn" and own[0].posture == "inverted")
     return (first == "rise" and brought) or (
         not aloft and (by_hand or dropped or first == "set_down")
     )
@@ -277,8 +278,8 @@ def _bouncing(task: Task) -> Script:
         return _nothing
     if task.down_the_steps() is not None:
         return scripts.along_ground
-    if (then := going_on(task)) is not None:
-        return lambda task: _bounced_then(task, then)
+    if goes_on_after_bouncing(task):
+        return _bounced_then
     if scripts.hops_told(task) and task.target() is None and task.way() in (None, "up"):
         return scripts.hop_along
     if task.intent.hits:
@@ -288,42 +289,32 @@ def _bouncing(task: Task) -> Script:
 
 
 def _back_and_on(task: Task) -> list[Action]:
-    """Backwards for a part of the clip, to a stand there; then on with its front first."""
-    intent = task.intent
-    back = replace(task, intent=Intent(task.name, [*intent.frames[:1], *_HALT]))
+    """Backwards for two fifths of the clip, to a stand there; then on with its front first."""
+    first, *rest = task.intent.frames
     wait = task.clip.steps * 2 // 5
-    left = task.clip.model_copy(update={"frames": max(task.clip.frames * 3 // 5, 2)})
-    onward = replace(intent, frames=intent.frames[1:])
-    on = replace(task, intent=onward, clip=left)
-    short = task.clip.model_copy(update={"frames": max(task.clip.frames * 2 // 5, 2)})
-    going = script_for(on)(on)
-    return scripts.along_ground(replace(back, clip=short)) + [
-        action
-        if action.when
-        else action.model_copy(update={"start_step": action.start_step + wait})
-        for action in going
-    ]
+    halts = Intent(task.name, [first, EventFrame("stop", "")])
+    back = scripts.along_ground(replace(task, intent=halts, clip=_shorter(task.clip, wait)))
+    return back + _onward(task, rest, wait)
 
 
-_HALT = (EventFrame("stop", ""),)
-
-
-def _bounced_then(task: Task, then: int) -> list[Action]:
+def _bounced_then(task: Task) -> list[Action]:
     """It leaps on the spot as often as is told, and is set going where it comes down last."""
-    first, after = task.intent.frames[:then], task.intent.frames[then:]
-    here = replace(task, intent=Intent(task.name, first))
+    first, *rest = task.intent.frames
+    here = replace(task, intent=Intent(task.name, [first]))
     leaps = _bouncing(here)(here)
-    wait = scripts.bounced_steps(here, leaps)
-    left = max(task.clip.frames - wait // task.clip.steps_per_frame, 2)
-    clip = task.clip.model_copy(update={"frames": left})
-    onward = replace(task, intent=Intent(task.name, after), clip=clip)
-    going = script_for(onward)(onward)
-    return leaps + [
-        action
-        if action.when
-        else action.model_copy(update={"start_step": action.start_step + wait})
-        for action in going
-    ]
+    return leaps + _onward(task, rest, scripts.bounced_steps(here, leaps))
+
+
+def _onward(task: Task, frames: list[EventFrame], wait: int) -> list[Action]:
+    """What else is told of it, in what is left of the clip after so many steps."""
+    clip = _shorter(task.clip, task.clip.steps - wait)
+    rest = replace(task, intent=replace(task.intent, frames=frames), clip=clip)
+    return [act.later(action, wait) for action in script_for(rest)(rest)]
+
+
+def _shorter(clip: Clip, steps: int) -> Clip:
+    """A clip of so many steps, in whole frames."""
+    return clip.model_copy(update={"frames": max(steps // clip.steps_per_frame, 2)})
 
 
 def _hopping(task: Task) -> Script:

@@ -47,7 +47,7 @@ def schedule(reading: Reading, layout: Layout, clip: Clip) -> tuple[Action, ...]
         wait += act.STEPS.first_step + act.STEPS.rise_steps if task.name in raised else 0
         first = _awaited(task.intent, layout)
         for action in script_for(task)(task):
-            later = _later(action, wait) if first is None else _once(action, first)
+            later = act.later(action, wait) if first is None else _once(action, first)
             actions += [a for a in [_fitted(later, clip, actions)] if a is not None]
     return tuple(actions[:500])
 
@@ -133,12 +133,6 @@ def _once(action: Action, first: OnContact | When) -> Action:
         return action
     when = first.model_copy(update={"delay": first.delay + action.start_step})
     return action.model_copy(update={"start_step": 0, "when": when})
-
-
-def _later(action: Action, steps: int) -> Action:
-    if not steps or action.when is not None:
-        return action
-    return action.model_copy(update={"start_step": action.start_step + steps})
 
 
 def raised_places(reading: Reading, layout: Layout) -> dict[str, FloatArray]:

@@ -90,11 +90,10 @@ def backs_first(task: Task) -> bool:
     )
 
 
-def going_on(task: Task) -> int | None:
-    """ "Bounces twice and then rolls out of the picture": which of its frames comes after it has
-    bounced on the spot; None where it bounces on its way."""
+def goes_on_after_bouncing(task: Task) -> bool:
+    """ "Bounces twice and then rolls out of the picture": on the spot first, not on its way."""
     told = [f for f in task.intent.frames if not f.negated]
     if len(told) < 2 or told[0].sense != "bounce" or told[0].places or task.intent.hits:
-        return None
+        return False
     goes = told[1].sense in ("roll", "slide", "move", "leave") and told[1].link == "then"
-    return 1 if goes and task.layout.rolls(task.name) else None
+    return goes and task.layout.rolls(task.name)

@@ -98,10 +98,16 @@ def _is_shoved(task: Task, target: Place | None) -> bool:
     sliding = not task.layout.rolls(task.name)
     blows = () if task.intent.manner("slow", "gentle") else ("hit", "strike")
     sent = task.intent.has("kick", "throw", "slip", *blows) or bool(task.intent.struck_by)
-    sent |= pulled_from_under(task) is not None
+    sent |= _leaves_what_is_on_it(task)
     free = task.ground_friction() < GROUND.max_glide_friction or task.intent.manner("flicked")
     item = task.layout.state.object(task.name)
     return sliding and bool(item and item.body.kind == "rigid") and not sent and not free
+
+
+def _leaves_what_is_on_it(task: Task) -> bool:
+    """ "Is pulled out from under the apple", which stays behind: slowly it would go along."""
+    place = task.intent.place("off", "from", senses=("pull", "push", "slide", "move", "knock"))
+    return place is not None and place.name in task.layout.above(task.name)
 
 
 def _is_carried(task: Task, target: Place | None) -> bool:
@@ -321,13 +327,6 @@ def _ground_speed(task: Task, target: Place | None) -> float:
         speed = max(min(speed, 0.8), 0.2)
     needed = blow(task.layout, task.intent)
     return max(speed, sent_off(needed, slowing, distance) if needed else 0.0)
-
-
-def pulled_from_under(task: Task) -> str | None:
-    """What stands on it and shall stay behind: "is pulled out from under the apple"."""
-    place = task.intent.place("off", "from", senses=("pull", "push", "slide", "move", "knock"))
-    above = task.layout.above(task.name)
-    return place.name if place is not None and place.name in above else None
 
 
 def way_to_go(task: Task) -> float:

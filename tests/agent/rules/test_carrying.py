@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from physagent_studio.agent.rules import RuleGenerator
+from physagent_studio.agent.rules.planner.parameters import action_knobs
 from physagent_studio.arrays import FloatArray
 from physagent_studio.contract.measure import measure
 from physagent_studio.language import inventory, read
@@ -118,3 +119,12 @@ def test_what_is_turned_in_the_hand_stays_turned_there(
     up = 1 - 2 * (x * x + y * y)
     assert least <= np.degrees(np.arccos(np.clip(up, -1, 1))) <= most
     assert np.ptp(rollout.positions[:, rollout.index("cup"), :2], axis=0).max() < 0.03
+
+
+def test_what_carries_the_weight_is_no_strength_to_be_tried() -> None:
+    program = RuleGenerator().first(
+        DESK.case("Someone picks up the cup and puts it on the book."), DESK.reconstruct
+    )
+    strengths = {k.path for k in action_knobs(program) if k.factor == "magnitude"}
+    assert "event.actions.lift_cup.force.magnitude" in strengths
+    assert "event.actions.hold_cup.force.magnitude" not in strengths

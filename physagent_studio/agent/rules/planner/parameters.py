@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
+from physagent_studio.agent.rules.scene import mechanics as mech
 from physagent_studio.program.actions import (
     Action,
     ApplyAngledForce,
@@ -113,10 +114,18 @@ def _strength(action: Action) -> Iterable[Knob]:
     elif (vector := _vector(action)) is not None:
         path = f"{base}.{VECTORS[action.operator]}"
         if isinstance(vector, Directed):
+            if _carries_weight(vector):
+                return
             fastest = RANGE.max_speed_mps if vector.quantity == "target_speed" else math.inf
             yield _ratio(f"{path}.magnitude", "magnitude", action.name, vector.magnitude, fastest)
         else:
             yield _scaled_vector(path, action.name, vector)
+
+
+def _carries_weight(vector: Directed) -> bool:
+    """Whether it only balances gravity, as a hand does that holds a thing: that has no strength."""
+    upward = vector.direction == "up" and vector.quantity == "acceleration"
+    return upward and math.isclose(vector.magnitude, mech.G)
 
 
 def _vector(action: Action) -> Directed | tuple[float, float, float] | None:

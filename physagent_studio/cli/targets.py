@@ -47,7 +47,12 @@ def with_horizon(case: Case, target: str, row: float | None) -> Case:
         return case
     if case.image is None:
         raise InputError(f"--horizon goes with a photo; {target} has none")
-    row /= reduction_of(target) if Path(target).suffix.lower() in IMAGES else 1
-    if too_far(row, case.image.shape[0]):
-        raise InputError(f"--horizon {row:g} is too far from the picture")
-    return replace(case, horizon=row, roll=0.0)
+    reduced = reduction_of(target) if Path(target).suffix.lower() in IMAGES else 1
+    height = case.image.shape[0]
+    if too_far(row / reduced, height):
+        last = round(height * reduced) - 1
+        raise InputError(
+            f"--horizon {row:g} is too far from the picture, whose rows are 0 to {last}; "
+            "ten heights above or below its middle are allowed"
+        )
+    return replace(case, horizon=row / reduced, roll=0.0)

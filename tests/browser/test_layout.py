@@ -52,6 +52,10 @@ def themed(page: Page, size: tuple[int, int], *, dark: bool) -> None:
     page.evaluate(
         "name => { document.documentElement.dataset.theme = name }", "dark" if dark else "light"
     )
+    # What is drawn to the size of its place is drawn anew in the frame after that changes.
+    page.evaluate(
+        "() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))"
+    )
 
 
 def _select(kind: str, name: str) -> str:

@@ -146,6 +146,15 @@ def test_what_falls_from_the_air_lands_where_it_is_seen(near: float) -> None:
     assert there.position == (0.0, near, 1.2)
 
 
+def test_what_falls_is_no_larger_than_such_things_are() -> None:
+    # An apple of twenty centimetres would land in the picture, one of nine falls out of it.
+    stage = Stage("apple", {"apple": (Sphere(radius=0.045), (0.0, 1.0, 1.2), "air")})
+    apple = first(stage, "The apple falls down.").scene.object("apple")
+    assert apple is not None
+    assert isinstance(apple.shape, Sphere)
+    assert apple.shape.radius < 0.06
+
+
 def test_what_is_set_down_is_at_rest_where_it_stood() -> None:
     program = first(STAGES["desk"], "The red cube is lifted up and set down again.")
     rollout = simulate(program, {})

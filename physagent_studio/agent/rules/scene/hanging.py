@@ -163,13 +163,23 @@ def _share_to_land(layout: Layout, item: SceneObject) -> float:
     camera, place = layout.state.camera, np.asarray(item.position)
     if camera is None:
         return 1.0
-    most, low_share = 5.0, 0.92  # 1.5..8: times its size; 0.8..1: of the height, lowest row
-    eye, shares = np.asarray(camera.position), np.geomspace(1.0, most, 40)
+    low_share = 0.92  # 0.8..1: of the picture's height, lowest row where it is well seen to land
+    eye, shares = np.asarray(camera.position), np.geomspace(1.0, _largest(item), 40)
     feet = eye + shares[:, None] * (place - eye)
     feet[:, 2] = layout.ground_height()
     rows = camera.project(feet)[0][:, 1]
     seen = np.flatnonzero(rows <= low_share * camera.size[1])
     return float(shares[seen[0]]) if len(seen) and rows[0] > camera.size[1] else 1.0
+
+
+def _largest(item: SceneObject) -> float:
+    """Times its size that it may be, by what is known of such things; at least 1."""
+    most, many = 5.0, 3.0  # 1.5..8: of what is not known; 1..5: spreads off the usual size
+    usual = usual_size(item.name)
+    if not usual.known or item.shape is None:
+        return most
+    longest = float(outline_of(item.shape).size.max())
+    return float(np.clip(usual.metres * np.exp(many * usual.spread) / longest, 1.0, most))
 
 
 def bounces_unseen(reading: Reading, layout: Layout, name: str) -> bool:

@@ -34,6 +34,7 @@ PLATES = {
     "detached shadows": "the shadow on the ground of what is in the air leaves",
     "shade of stacks": "what stands on a thing makes its shade longer",
     "deeper shade": "darker and darker shade is tried where it ends at paint",
+    "deep shade": "ground of another colour is what is beside it in the shade of the sun",
     "narrow gaps": "what a thing encloses leaves with it where that is narrow",
     "bystanders": "what else stands in the shade of a thing is none of it and stays",
     "slits": "no slit between a thing and its shade",

@@ -130,8 +130,11 @@ def _around(
     far = low & theirs & grow(own, round(1.2 * side)) & ~grow(own, round(0.25 * side)) & ~inside
     if np.count_nonzero(far) < 30 or not near.any():
         return np.zeros_like(own)
-    tones = Tones.of(lab, far | (near & low), own)
     place = _Place(own, inside, near, ground & ~inside, low)
+    lit = Tones.of_lit(lab, far | (near & low), own) if at_work("deep shade") else None
+    if lit is not None and (deep := _deep(place, lit)).any():
+        return deep
+    tones = Tones.of(lab, far | (near & low), own)
     # 1..5: of darkness, from one try to the next: painted patches may have shade
     deeper_ratios = (1.0, 1.7, 2.6)
     # 0.1..1: of a shade's rim that has the ground's colour, at least, in each try
@@ -143,6 +146,21 @@ def _around(
         if not found.any() or _ends_lit(found, tones, place.ground, bare):
             return found if times == 1 or not found.any() else _faded(found, place, tones)
     return np.zeros_like(own)
+
+
+def _deep(place: _Place, tones: Tones) -> BoolArray:
+    """Shade of the sun, as dark as if it were ground of another colour: where all around is lit.
+
+    A tree or a rug that is dark goes on beyond where shade is looked for.
+    """
+    found = _shade(place, tones, 1.0)
+    rim = grow(found, 3) & ~grow(found, 1) & ~place.inside & ~place.own
+    if not found.any() or not rim.any():
+        return np.zeros_like(found)
+    lit_share = 0.8  # 0.5..1: of what is around it that is less than half as dark
+    half = float(np.median(tones.darker[found])) / 2
+    lit = (tones.which[rim] >= 0) & (tones.darker[rim] < half)
+    return found if float(lit.mean()) > lit_share else np.zeros_like(found)
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -42,6 +42,7 @@ class DetachedSettings:
     faint_ratio: float = 0.3  # 0.1..0.6: of its darkness, of what its rim still has
     # 0.5..1: of the ground right around it that is less than half as dark
     min_lit_share: float = 0.8
+    min_one_ground_share: float = 0.4  # 0.2..0.8: of what is right around it, of one colour
 
 
 DETACHED = DetachedSettings()
@@ -101,7 +102,7 @@ def _spot(photo: Image, own: BoolArray, inside: BoolArray, level: BoolArray) -> 
     for peak, around in _peaks(spots, spread):
         if _is_unlike_others(spots, peak, around, usual):
             spot = _spot_at(soft, peak, own, near)
-            if spot.any():
+            if spot.any() and _is_on_one_ground(photo, spot):
                 return spot
     return np.zeros_like(own)
 
@@ -173,6 +174,15 @@ def _is_like(spot: BoolArray, stats: IntArray, own: BoolArray) -> bool:
     hull = cv2.convexHull(np.concatenate(outlines))
     full = cv2.fillConvexPoly(np.zeros(spot.shape, np.uint8), hull, 1)
     return bool(np.count_nonzero(spot) >= DETACHED.min_solid_share * np.count_nonzero(full))
+
+
+def _is_on_one_ground(photo: Image, spot: BoolArray) -> bool:
+    """Whether the ground all around a spot is of one kind: it does not lie between things."""
+    rim = grow(spot, DETACHED.rim_px) & ~spot
+    colours = photo[rim].astype(int)
+    off = np.abs(colours - np.median(colours, axis=0)).max(-1)
+    same = off < DETACHED.same_ground_levels
+    return len(off) > 0 and float(same.mean()) >= DETACHED.min_one_ground_share
 
 
 def _is_lit_around(spot: BoolArray, depth: FloatImage, near: BoolArray) -> bool:

@@ -24,6 +24,8 @@ class ToneSettings:
     # 1..6: of the usual stray of the ground's own colour, taken off the thing's
     grain_factor: float = 3.0
     darkest_percent: float = 95.0  # 80..100: of ground by its darkness: that of its pattern
+    least_shade_lab: float = 15.0  # 8..30: L*, by which ground in a deep shade is darker than lit
+    shade_tint_lab: float = 7.0  # 3..10: a*, b*, by which its colour may be off the lit one's
     # cosine, 0.5..1: between what a colour is off and the thing's, for light from it
     aligned_cosine: float = 0.8
 
@@ -50,11 +52,27 @@ class Tones:
     @classmethod
     def of(cls, lab: FloatImage, ground: BoolArray, own: BoolArray) -> Self:
         """Read off the pixels `ground` (H, W) of a picture in L*a*b*; own: (H, W) the thing."""
+        return cls._by(lab, _parts(lab, ground), ground, own)
+
+    @classmethod
+    def of_lit(cls, lab: FloatImage, ground: BoolArray, own: BoolArray) -> Self | None:
+        """The same where a colour that is another one in less light is that one in shade.
+
+        None where there is no such colour.
+        """
+        parts = _parts(lab, ground)
+        lit = _lit_ones(lab, parts)
+        return None if len(lit) == len(parts) else cls._by(lab, lit, ground, own)
+
+    @classmethod
+    def _by(
+        cls, lab: FloatImage, parts: list[BoolArray], ground: BoolArray, own: BoolArray
+    ) -> Self:
         least = np.full(ground.shape, np.inf, np.float32)
         which = np.full(ground.shape, -1)
         darker, uneven, darkest, glow = (np.zeros(ground.shape, np.float32) for _ in range(4))
         coarse = _patterned(lab[..., 0], ground)
-        for number, part in enumerate(_parts(lab, ground)):
+        for number, part in enumerate(parts):
             lit, spread = _lit(lab, part)
             spread = max(spread, coarse)
             dark = lit[..., 0] - lab[..., 0]
@@ -127,6 +145,25 @@ def _parts(lab: FloatImage, ground: BoolArray) -> list[BoolArray]:
         part[ground] = nearest == k
         out.append(part)
     return sorted(out, key=lambda part: -int(part.sum()))
+
+
+def _lit_ones(lab: FloatImage, parts: list[BoolArray]) -> list[BoolArray]:
+    """The parts (H, W) without those that are what a larger one is in shade, by their colours."""
+    kept: list[BoolArray] = []
+    middles: list[FloatImage] = []
+    for part in parts:
+        middle = np.median(lab[part], axis=0)
+        if not any(_is_shade_of(middle, lit) for lit in middles):
+            kept.append(part)
+            middles.append(middle)
+    return kept
+
+
+def _is_shade_of(dark: FloatImage, lit: FloatImage) -> bool:
+    """Whether a colour (3,) in L*a*b* is what another one is in less light."""
+    share = (dark[0] + 16) / (lit[0] + 16)
+    off = np.abs(dark[1:] - lit[1:] * share).max()
+    return bool(lit[0] - dark[0] > TONE.least_shade_lab and off < TONE.shade_tint_lab)
 
 
 def _nearest(colours: FloatArray, centres: list[FloatArray]) -> NDArray[np.int64]:

@@ -11,6 +11,7 @@ import pytest
 
 from physagent_studio.benchmark.reconstruction.plates import SIZE, TEXTURES, WALL
 from physagent_studio.program.scene.camera import Camera
+from physagent_studio.reconstruction.background.detached_shadows import detached
 from physagent_studio.reconstruction.background.plate import background, taken_out
 from physagent_studio.reconstruction.background.surfaces import surfaces
 from physagent_studio.reconstruction.photo.regions import BoolArray
@@ -110,3 +111,16 @@ def test_ground_without_a_shadow_stays_as_it_is(texture: str) -> None:
         )
         same += all(map(np.array_equal, plain, told))
     assert same >= len(SEEDS) - 1
+
+
+@pytest.mark.parametrize(("seed", "gap"), [(0, 30), (0, 33)])
+def test_what_is_dark_between_pale_things_is_no_shadow(seed: int, gap: int) -> None:
+    item = above("boards", seed, 0.0)
+    photo = item.seen.copy()
+    x = int(np.nonzero(item.mask)[1].mean())
+    high = slice(round(0.5 * SIZE[1]), round(0.7 * SIZE[1]))
+    for side in (slice(x - gap // 2 - 70, x - gap // 2), slice(x + gap // 2, x + gap // 2 + 70)):
+        photo[high, side] = (214, 200, 176)
+    photo[high.start : high.stop - 8, x - 14 : x + 14] = (62, 58, 56)
+    faces = surfaces(photo, item.mask, item.camera, ())
+    assert not detached(photo, [item.mask], item.mask, faces).any()

@@ -47,8 +47,7 @@ def with_supports(case: Case) -> Case:
     What props up a slope, and is not spoken of, is part of the picture and no thing.
     """
     marks = dict(case.objects)
-    kinds = [kind for name in marks if (kind := kind_of(name)) is not None]
-    if case.image is None or not any(k.top or k.support or k.surface for k in kinds):
+    if case.image is None or not any(_may_bear(name) for name in marks):
         return case
     stock = inventory(case.objects, [(s.name, s.grounding) for s in case.supports], ())
     reading = read(case.prompt, stock)
@@ -78,6 +77,12 @@ def _is_under(own: Box | None, slope: Box | None) -> bool:
     return slope[0] <= middle <= slope[2] and own[1] > slope[1] and own[3] >= low
 
 
+def _may_bear(name: str) -> bool:
+    """Whether things may stand on it by its name: what no name is known of may be furniture."""
+    kind = kind_of(name)
+    return kind is None or bool(kind.top or kind.support or kind.surface)
+
+
 def _is_surface(name: str) -> bool:
     kind = kind_of(name)
     return kind is not None and (kind.support is not None or bool(kind.surface))
@@ -98,7 +103,8 @@ def _support(
     kind = kind_of(name)
     if kind is not None and kind.support == "wall":
         return _topped(name, marks, reading)
-    if kind is None or not (_is_surface(name) or (kind.top and _is_wide(name, marks, rows))):
+    wide = (kind is None or bool(kind.top)) and _is_wide(name, marks, rows)
+    if not (_is_surface(name) or wide):
         return None
     if any(name in frame.patient and frame.sense not in _STILL for frame in reading.frames):
         return None
@@ -109,7 +115,7 @@ def _support(
         if place.name == name
     }
     slopes = support_kind(name) == "ramp"
-    tilts = kind.surface == "flat" and bool(told & {"down", "up"})
+    tilts = kind is not None and kind.surface == "flat" and bool(told & {"down", "up"})
     feet = list(_feet_on(name, marks, rows if not (slopes or tilts) else 0).values())
     if not feet and not told.intersection(_ON):
         return None

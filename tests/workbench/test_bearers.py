@@ -54,6 +54,14 @@ def test_a_table_carries_what_stands_on_it_unless_the_sentence_moves_it(prompt, 
     assert (objects, supports) == ((["bottle"], ["table"]) if bears else (["bottle", "table"], []))
 
 
+@pytest.mark.parametrize("name", ["console", "chest_of_drawers", "hearthstone"])
+def test_wide_furniture_of_any_name_carries_what_stands_on_it(name):
+    boxes = {"bottle": TABLE["bottle"], name: TABLE["table"]}
+    assert _names(with_supports(_case("The bottle slides to the left.", **boxes)))[1] == [name]
+    moved = with_supports(_case(f"The bottle falls as the {name} is pushed to the left.", **boxes))
+    assert not _names(moved)[1]
+
+
 def test_what_stands_in_front_of_a_table_does_not_make_it_a_support():
     boxes = {**TABLE, "bottle": (300, 350, 340, 460)}
     assert _names(with_supports(_case("The bottle tips over.", **boxes)))[1] == []

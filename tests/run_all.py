@@ -18,6 +18,9 @@ ROOT = Path(__file__).resolve().parent.parent
 # Of what pyright makes, node keeps more before it sorts out what is not needed any more: a fifth of
 # the processor time less.
 NODE = {"NODE_OPTIONS": "--max-semi-space-size=64"}
+# What is compiled is kept, also where the environment forbids it: else each process of the tests
+# compiles anew what it imports, three seconds and more.
+KEPT = {"PYTHONDONTWRITEBYTECODE": ""}
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
 
 
@@ -25,17 +28,20 @@ class Step(NamedTuple):
     """One check: its headline, the command that makes it, and whether it runs beside the others.
 
     What tests leave of the machine while they wait for a browser is enough for one that does.
+    quiet: its words are only shown where it fails.
     """
 
     name: str
     command: list[str]
     beside: bool = False
+    quiet: bool = False
 
 
 QUICK = ["-m", "not slow"]
 """What pytest runs where nothing else is asked for."""
 QUICK_ROOMS = ("knowledge", "program", "contract", "records", "session", "rendering", "simulation")
 """Rooms whose tests need neither a browser nor a reconstruction, for `--quick`."""
+COLLECTED = ["--ignore=tests/packaging"]
 # Tests of one file share what is dear to make, so a file stays with one process. They come in the
 # order of tests/conftest.py, the long ones first: by their number the longest would come last.
 # One more process than there are cores uses the time in which others wait for a browser.
@@ -63,12 +69,15 @@ def steps(pytest_words: list[str]) -> list[Step]:
     """The checks, the quick ones first."""
     python = [sys.executable, "-m"]
     lint_imports = str(Path(sys.executable).with_name("lint-imports"))
+    # Compiles all tests once, which all processes of pytest else do at the same time.
+    compiling = [*python, "pytest", "-qq", "--collect-only", *COLLECTED]
     return [
         Step("ruff check", [*python, "ruff", "check", "."]),
         Step("ruff format", [*python, "ruff", "format", "--check", "."]),
         Step("pyright", [*python, "pyright", "--pythonpath", sys.executable], beside=True),
         Step("lint-imports", [sys.executable, lint_imports]),
         Step("wheel", [*python, "pytest", "-q", "tests/packaging"]),
+        *([] if pytest_words else [Step("collect", compiling, quiet=True)]),
         # The big doses have a marker; words of one's own decide for themselves.
         Step(
             "pytest",
@@ -76,7 +85,7 @@ def steps(pytest_words: list[str]) -> list[Step]:
                 *python,
                 "pytest",
                 "-q",
-                "--ignore=tests/packaging",
+                *COLLECTED,
                 *SHARED,
                 *(pytest_words or QUICK),
             ],
@@ -141,13 +150,14 @@ class Done(NamedTuple):
 
 
 def carry_out(step: Step) -> Done:
-    """Makes a check; the words of one that runs beside the others are kept."""
-    out, errors = (subprocess.PIPE, subprocess.STDOUT) if step.beside else (None, None)
+    """Makes a check; the words of one that runs beside the others, or is quiet, are kept."""
+    kept = step.beside or step.quiet
+    out, errors = (subprocess.PIPE, subprocess.STDOUT) if kept else (None, None)
     begun = time.monotonic()
     done = subprocess.run(
         step.command,
         cwd=ROOT,
-        env=NODE | os.environ,
+        env=NODE | os.environ | KEPT,
         text=True,
         check=False,
         stdout=out,
@@ -176,7 +186,10 @@ def main(pytest_words: list[str]) -> int:
         for step in wanted:
             if not step.beside:
                 headline(step.name)
-                results.append(carry_out(step))
+                done = carry_out(step)
+                if not done.passed:
+                    print(done.said, flush=True)
+                results.append(done)
     for done in [future.result() for future in beside]:
         headline(done.name)
         print(done.said, flush=True)

@@ -29,6 +29,25 @@ def test_what_runs_beside_the_others_is_told_after_them(
 
 
 @pytest.mark.usefixtures("_browser_is_here")
+@pytest.mark.parametrize("code", [0, 3])
+def test_what_is_quiet_speaks_where_it_fails(
+    code: int, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    quiet = step("quiet", f"print('wor' 'ds'); raise SystemExit({code})")._replace(quiet=True)
+    monkeypatch.setattr(run_all, "steps", lambda words: [quiet])
+    assert run_all.main([]) == bool(code)
+    assert ("words" in capfd.readouterr().out) is bool(code)
+
+
+def test_what_a_process_imports_stays_compiled(
+    monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("PYTHONDONTWRITEBYTECODE", "1")
+    run_all.carry_out(step("asked", "import sys; print(sys.dont_write_bytecode)"))
+    assert capfd.readouterr().out == "False\n"
+
+
+@pytest.mark.usefixtures("_browser_is_here")
 @pytest.mark.parametrize(("middle", "code"), [("pass", 0), ("raise SystemExit(3)", 1)])
 def test_one_failure_fails_the_whole_but_stops_nothing(
     middle: str, code: int, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
@@ -61,6 +80,7 @@ def test_every_tool_takes_its_turn_and_pytest_the_extra_words() -> None:
         "pytest",
     ]
     assert steps[-1].command[-2:] == ["-k", "one"]
+    assert [each.name for each in run_all.steps([])][-2:] == ["collect", "pytest"]
 
 
 def test_quick_checks_need_no_browser(monkeypatch: pytest.MonkeyPatch) -> None:

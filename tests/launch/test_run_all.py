@@ -14,6 +14,7 @@ def step(name: str, code: str) -> run_all.Step:
 @pytest.fixture
 def _browser_is_here(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(run_all, "find_browser", lambda: "/somewhere/chromium")
+    monkeypatch.setattr(run_all, "browser_commands", list)
 
 
 @pytest.mark.usefixtures("_browser_is_here")
@@ -67,6 +68,25 @@ def test_a_browser_that_cannot_be_had_is_a_failure(monkeypatch: pytest.MonkeyPat
     monkeypatch.setattr(run_all, "browser_commands", lambda: [["false"], ["true"]])
     monkeypatch.setattr(run_all, "steps", lambda words: [])
     assert run_all.main([]) == 1
+
+
+@pytest.mark.parametrize(
+    ("here", "tried"),
+    [((), ["light", "full"]), (("full",), ["light"]), (("light",), []), (("full", "light"), [])],
+)
+def test_the_browser_without_windows_is_tried_for_where_another_is_there(
+    here: tuple[str, ...],
+    tried: list[str],
+    monkeypatch: pytest.MonkeyPatch,
+    capfd: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.setattr(run_all, "SHELL", "light")
+    monkeypatch.setattr(run_all.shutil, "which", lambda name: name if name in here else None)
+    monkeypatch.setattr(run_all, "find_browser", lambda: here[0] if here else None)
+    monkeypatch.setattr(run_all, "browser_commands", lambda: [["echo", "light"], ["echo", "full"]])
+    assert run_all.ensure_browser() is bool(here)
+    said = capfd.readouterr().out.splitlines()
+    assert [line for line in said if line in ("light", "full")] == tried
 
 
 def test_every_tool_takes_its_turn_and_pytest_the_extra_words() -> None:

@@ -36,6 +36,8 @@ expect.set_options(timeout=1000 * PATIENCE)
 DOT = jpeg_of(np.zeros((1, 1, 3), np.uint8))
 """Stands for the frames of the strip where nobody looks at them."""
 
+DRAWN = "() => new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))"
+"""Until what has been done on a page is drawn: what it shows is drawn once a frame."""
 STILL = """async (node) => {
   const place = () => JSON.stringify(node.getBoundingClientRect());
   await document.fonts.ready;
@@ -102,12 +104,13 @@ class Desk:
 
     def until(self, holds: Callable[[], Any], what: str = "", patience: float = PATIENCE) -> Any:
         """Waits until `holds` gives something true, which is returned."""
-        ends = time.monotonic() + patience
+        ends, pause = time.monotonic() + patience, 10.0
         while time.monotonic() < ends:
             value = holds()
             if value:
                 return value
-            self.page.wait_for_timeout(25)
+            self.page.wait_for_timeout(pause)
+            pause = min(1.3 * pause, 100.0)
         notices = [one.text for one in self.snapshot.notices]
         raise AssertionError(f"never happened: {what or holds}; notices: {notices}")
 
@@ -134,6 +137,10 @@ class Desk:
         assert self.workbench.wait(PATIENCE)
         self.until(lambda: self.snapshot.busy is None, "nothing is running")
         self.shown()
+
+    def drawn(self) -> None:
+        """Until the page shows what a hand has just done: until then it shows what was before."""
+        self.page.evaluate(DRAWN)
 
     def box(self, found: Locator) -> FloatRect:
         """Where something is on the page, once it stays there: for a hand that goes there."""

@@ -7,7 +7,7 @@ from typing import Any
 
 from playwright.sync_api import Frame
 
-from tests.browser.conftest import Desk
+from tests.browser.conftest import DRAWN, Desk
 
 PIXEL = """([x, y, z]) => {
   const m = window.__viserMutable, root = m.nodeRefFromName[''];
@@ -47,13 +47,10 @@ def pixel_of(desk: Desk, view: Frame, point: Any) -> tuple[float, float]:
     return box["x"] + x, box["y"] + y
 
 
-FRAMES = "new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))"
-
-
 def looked(desk: Desk) -> None:
     """Until the viewer has drawn, and so looked where the pointer is."""
     desk.page.wait_for_timeout(150)
-    view_of(desk).evaluate(FRAMES)
+    view_of(desk).evaluate(DRAWN)
 
 
 def pull(desk: Desk, start: Callable[[], Any], by: tuple[float, float], done: Callable) -> Any:

@@ -70,10 +70,11 @@ def test_a_new_round_plays_by_itself_once_and_says_what_changed(waiting: Desk) -
     page.evaluate(AUTOPLAY)
     waiting.proposal()
     waiting.button("Accept").click()
-    waiting.until(lambda: waiting.studio.view.playing, "that it plays")
+    # Where it is seen late, it may have come to its end.
+    view = lambda: waiting.studio.view  # noqa: E731
+    waiting.until(lambda: view().playing or view().step > 0, "that it plays")
     expect(page.locator(".changes")).to_contain_text("Changed:")
-    waiting.until(lambda: not waiting.studio.view.playing, "its end")
-    assert not waiting.studio.view.playing
+    waiting.until(lambda: not view().playing, "its end")
 
 
 def test_a_doubtful_camera_is_chosen_from_three_pictures(

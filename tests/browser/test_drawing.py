@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from playwright.sync_api import Browser, Frame, expect
+from playwright.sync_api import Browser, Frame, Route, expect
 
 from physagent_studio.program import SetField
 from physagent_studio.session import Store
@@ -111,6 +111,15 @@ def test_what_deforms_wears_the_photo(desk: Desk) -> None:
 
 def test_the_photo_stands_in_until_the_scene_is_drawn_as_a_whole(desk: Desk) -> None:
     page = desk.page
+
+    def patient(route: Route) -> None:
+        """The page without its own limit to how long the photo may stand in."""
+        answer = route.fetch()
+        limit, other = "const LONGEST = 15000;", "const LONGEST = Infinity;"
+        assert limit in answer.text()
+        route.fulfill(response=answer, body=answer.text().replace(limit, other))
+
+    page.route("**/photo.js", patient)
     page.reload()
     page.wait_for_function(
         "() => document.querySelectorAll('img.awaited[src]')[0]?.hidden",

@@ -202,7 +202,7 @@ def test_what_is_marked_stays_with_its_photo_and_waits_for_its_own_answer(waitin
     masks.first.click()
     errors.first.get_by_label("Dismiss").click()
     expect(errors).to_have_count(1)
-    page.evaluate("new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))")
+    waiting.drawn()
     assert page.get_by_text("to use one.").count() == 0
     waiting.workbench.cancel()
 

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import pytest
 from playwright.sync_api import Page
 
-from tests.browser.conftest import Desk
+from tests.browser.conftest import DRAWN, Desk
 
 pytestmark = pytest.mark.browser
 
@@ -53,9 +53,7 @@ def themed(page: Page, size: tuple[int, int], *, dark: bool) -> None:
         "name => { document.documentElement.dataset.theme = name }", "dark" if dark else "light"
     )
     # What is drawn to the size of its place is drawn anew in the frame after that changes.
-    page.evaluate(
-        "() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))"
-    )
+    page.evaluate(DRAWN)
 
 
 def _select(kind: str, name: str) -> str:

@@ -69,6 +69,7 @@ def test_a_tab_closed_in_the_middle_loses_nothing(waiting: Desk, browser: Browse
     waiting.proposal()
     other = _other_page(waiting, browser)
     other.get_by_role("button", name="Accept", exact=True).click()
+    waiting.until(lambda: waiting.snapshot.busy or len(waiting.snapshot.state.rounds) == 2, "work")
     other.close()
     waiting.until(lambda: len(waiting.snapshot.state.rounds) == 2, "a second round")
     waiting.idle()
@@ -168,6 +169,7 @@ def test_sessions_are_listed_and_opened(waiting: Desk) -> None:
         "button", name=re.compile("knocks block over")
     ).first.click()
     waiting.until(lambda: waiting.snapshot.session_id != first, "another session")
+    waiting.idle()  # its scene may have to be made first
     waiting.button("Open…").click()
     page.get_by_role("dialog").locator(f"[data-key='session:{first}']").click()
     waiting.until(lambda: waiting.snapshot.session_id == first, "the first session")

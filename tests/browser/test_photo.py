@@ -81,6 +81,7 @@ class Photo:
 
     def thumbnails(self) -> int:
         """The masks on offer, once the last question is answered."""
+        self.desk.drawn()  # before that, the answer to the question before is on the page
         masks = self.desk.page.locator(".photo-masks button")
         expect(masks.first).to_be_visible()
         expect(self.desk.page.get_by_text("to use one.")).to_be_visible()

@@ -229,11 +229,11 @@ def test_a_refused_edit_snaps_back_with_the_reason(waiting: Desk) -> None:
 def test_playing_moves_the_playhead_and_a_scrub_stops_it(waiting: Desk) -> None:
     page = waiting.page
     _bar(waiting)
-    page.keyboard.press("Space")
-    waiting.until(lambda: waiting.studio.view.step > 20, "playing")
     line = page.locator(".tl .head-line")
     x = float(line.get_attribute("x1") or 0)
-    waiting.until(lambda: float(line.get_attribute("x1") or 0) != x, "a moving playhead")
+    page.keyboard.press("Space")
+    waiting.until(lambda: waiting.studio.view.step > 20, "playing")
+    waiting.until(lambda: float(line.get_attribute("x1") or 0) != x, "a moved playhead")
     box = waiting.box(page.locator("svg.tl"))
     page.mouse.click(box["x"] + box["width"] * 0.6, box["y"] + 5)
     waiting.until(lambda: not waiting.studio.view.playing, "a stop")
@@ -302,6 +302,7 @@ def test_a_conditional_start_shows_its_cause_and_moves_by_its_delay(waiting: Des
     waiting.workbench.post(commands.OpenProgram(load_program(CONDITIONAL), "conditional"))
     link = page.locator("[data-link=shove] .link-line")
     expect(link).to_be_attached()
+    waiting.idle()  # what is dragged before the page knows of the opening is refused as stale
     # What overlaps in one lane stands in rows of its own.
     shove, twist = (page.locator(f"[data-action={name}] .body") for name in ("shove", "twist"))
     one, other = waiting.box(shove), waiting.box(twist)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -93,19 +94,33 @@ def shared_scenes(prepared: Path) -> Iterator[None]:
         yield
 
 
-@pytest.fixture(scope="module")
-def unfilled() -> Iterator[None]:
-    """Behind things that leave, the photo stays: filling it is half of what a small scene costs.
+@contextmanager
+def photo_left_as_it_is() -> Iterator[None]:
+    """Behind things that leave, the photo stays: what to fill with what is half of a small scene.
 
     Only where nobody looks at the background, and not beside `shared_scenes`.
     """
-    from physagent_studio.reconstruction.background import plate
+    from physagent_studio.reconstruction.background import scene_plate
 
-    def as_it_is(photo: Image, *_: object) -> Image:
+    def as_it_is(photo: Image, *_: object, **_by_name: object) -> Image:
         return photo.copy()
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(plate, "fill", as_it_is)
+        patch.setattr(scene_plate, "background", as_it_is)
+        yield
+
+
+@pytest.fixture(scope="module")
+def unfilled() -> Iterator[None]:
+    """`photo_left_as_it_is` for all tests of a file."""
+    with photo_left_as_it_is():
+        yield
+
+
+@pytest.fixture
+def unfilled_here() -> Iterator[None]:
+    """`photo_left_as_it_is` for one test of a file whose others look at the background."""
+    with photo_left_as_it_is():
         yield
 
 

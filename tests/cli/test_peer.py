@@ -32,6 +32,7 @@ def request_of(target: Path, prompt: str) -> RunRequest:
     return RunRequest(str(target), None, prompt, names, 6, "auto", (), False, "rules", yes=True)
 
 
+@pytest.mark.usefixtures("unfilled_here")
 def test_it_runs_with_its_numbers_and_says_what_it_leaves(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -64,6 +64,7 @@ def test_objects_are_where_they_are(drawn, made):
         assert item.support == "floor"
 
 
+@pytest.mark.usefixtures("unfilled_here")
 def test_a_tilted_horizon_tilts_the_camera():
     """Said to be level, the same picture has things half a hand farther off."""
     drawn = scene(2, roll=math.radians(5))
@@ -125,6 +126,7 @@ def test_same_bits_twice(drawn, made):
     assert np.array_equal(again.plate, found.plate)
 
 
+@pytest.mark.usefixtures("unfilled_here")
 def test_one_click_finds_the_objects(drawn):
     case = _case(drawn.image, ["thing"])
     mask = drawn.masks["object_1"]
@@ -139,6 +141,7 @@ def test_one_click_finds_the_objects(drawn):
     assert 1 <= len(found.candidates["thing"]) <= 4
 
 
+@pytest.mark.usefixtures("unfilled_here")
 def test_a_typed_size_sets_the_scale(drawn):
     case = _case(drawn.image, [o.name for o in drawn.objects])
     horizon = drawn.camera.horizon
@@ -152,6 +155,7 @@ def test_a_typed_size_sets_the_scale(drawn):
     assert sizes[1] / sizes[0] == pytest.approx(2.0, rel=0.05)
 
 
+@pytest.mark.usefixtures("unfilled_here")
 def test_stacked_boxes_touch():
     image = np.full((400, 640, 3), 170, np.uint8)
     rng = np.random.default_rng(0)
@@ -202,6 +206,7 @@ def test_the_sheet_shows_six_panels(made):
     assert sheet.shape[1] == 3 * (560 + 4)
 
 
+@pytest.mark.usefixtures("unfilled_here")
 @pytest.mark.parametrize(
     ("name", "clicked"),
     [

@@ -84,6 +84,7 @@ EDITS = {
 }
 
 
+@pytest.mark.usefixtures("unfilled_here")
 @pytest.mark.parametrize("edit", EDITS)
 def test_corrections_survive_and_what_is_open_follows(drawn, corrected, edit):
     case, before = corrected

@@ -18,7 +18,7 @@ from physagent_studio.workbench import Snapshot, Workbench, commands, photo_edit
 
 
 @pytest.fixture(scope="module")
-def workbench(tmp_path_factory: pytest.TempPathFactory, shared_scenes: None) -> Iterator[Workbench]:
+def workbench(tmp_path_factory: pytest.TempPathFactory, unfilled: None) -> Iterator[Workbench]:
     """The demo, reconstructed; every test undoes what it does."""
     made = Workbench(Store(tmp_path_factory.mktemp("photo")), evidence=False)
     made.post(commands.OpenCase(assets_dir() / "demo"))

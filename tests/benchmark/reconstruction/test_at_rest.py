@@ -2,11 +2,14 @@
 
 from dataclasses import replace
 
+import pytest
+
 from physagent_studio.benchmark.reconstruction.bench import _with_truth
 from physagent_studio.benchmark.reconstruction.cover import movers, standing
 from physagent_studio.benchmark.reconstruction.synthetic import scene
 
 
+@pytest.mark.usefixtures("unfilled_here")
 def test_a_reconstructed_scene_stays_as_it_is_and_a_raised_thing_falls():
     made = _with_truth(scene(3))
     assert movers(made) == ()

@@ -77,6 +77,7 @@ def test_a_new_round_plays_by_itself_once_and_says_what_changed(waiting: Desk) -
     waiting.until(lambda: not view().playing, "its end")
 
 
+@pytest.mark.usefixtures("unfilled_here")
 def test_a_doubtful_camera_is_chosen_from_three_pictures(
     waiting: Desk, monkeypatch: pytest.MonkeyPatch
 ) -> None:

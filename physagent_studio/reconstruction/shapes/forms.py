@@ -46,7 +46,7 @@ class FormSettings:
     """When a form is taken for another."""
 
     revolved_cost: float = 0.04  # IoU, 0..0.2: a surface of revolution has to win by: it fits much
-    inflated_cost: float = 0.07  # IoU, 0..0.2: an inflated mask has to win by: it fits anything
+    inflated_cost: float = 0.09  # IoU, 0..0.2: an inflated mask has to win by: it fits anything
     # share, 0.4..0.9: of the hull around its mask, of what stands over its footprint
     min_solidity: float = 0.7
     min_turned_iou: float = 0.9  # IoU, 0.7..1: with its mask, of what stands over its footprint

@@ -58,6 +58,14 @@ def test_what_slides_on_goes_the_way_of_what_struck_it() -> None:
     assert "left" in ways
 
 
+def test_what_slides_on_and_stops_is_sent_by_the_blow_alone() -> None:
+    struck = "hits the yellow stone, and the yellow stone slides on and stops."
+    program = program_of(STAGES["ice"], f"The red stone slides to the left, {struck}")
+    pushed = [action.name for action in program.event.actions]
+    assert pushed
+    assert set(pushed) == {"red_stone"}
+
+
 FRUIT = Stage(
     "fruit",
     {

@@ -10,7 +10,7 @@ import pytest
 
 from physagent_studio.knowledge.things import usual_size
 from physagent_studio.program.scene.camera import Camera
-from physagent_studio.program.scene.state import Cylinder
+from physagent_studio.program.scene.state import Cylinder, Sphere
 from physagent_studio.reconstruction import mesh_of
 from physagent_studio.reconstruction.photo.regions import BoolArray
 from physagent_studio.reconstruction.shapes.forms import Form, forms
@@ -50,3 +50,15 @@ def test_what_has_no_handle_keeps_its_bulge() -> None:
     base, plain = Base(0.0, 0.75, 0.0), replace(usual_size("mug"), parts=())
     found = forms(CAMERA, _mask(handle=True), base, plain, "cylinder")
     assert _radius(found[0]) > 1.1 * CUP.radius
+
+
+@pytest.mark.parametrize("bite", [12, 16])
+def test_a_fruit_behind_a_leaf_stays_a_round_body(bite: int) -> None:
+    # What is drawn to its mask fits any mask: that alone is no reason to swell it.
+    mesh = mesh_of(Sphere(radius=0.04))
+    mask = silhouette(CAMERA, mesh.vertices + np.array([0.0, 0.8, 0.04]), mesh.faces)
+    rows, columns = np.nonzero(mask)
+    canvas = mask.astype(np.uint8)
+    cv2.circle(canvas, (int(columns.min()) + 3, int(rows.mean()) + 8), bite, 0, -1)
+    found = forms(CAMERA, canvas.astype(bool), Base(0.0, 0.76, 0.0), usual_size("apple"))
+    assert found[0].kind in ("sphere", "ellipsoid", "revolved")

@@ -88,12 +88,13 @@ class Intent:
     def _explained(self, frame: EventFrame) -> bool:
         """Whether that it is struck is reason enough for what is said of it."""
         told_after = not any(frame is other for other in self.frames[: self.untouched])
-        after = told_after and frame.sense in (*_CARRIED_ON, *_YIELDING)
+        after = told_after and frame.sense in (*_CARRIED_ON, *_YIELDING, *_COMES_TO_REST)
         return frame.sense in _GIVING_WAY or after
 
 
 _GIVING_WAY = words_of("topple knock_over lose_balance stay rest fall stack be")
 _CARRIED_ON = words_of("slide move roll drift slip tip_over collapse break spread deform dislodge")
+_COMES_TO_REST = words_of("stop settle slow end")
 _YIELDING = words_of("sway bend deform crush")
 """What a blow explains: always, where it is told after the blow, and of what gives way."""
 

@@ -33,6 +33,7 @@ from physagent_studio.reconstruction.photo.regions import BoolArray, grow, shrin
 from physagent_studio.reconstruction.photo.statistics import lengths
 from physagent_studio.reconstruction.switches import at_work
 from physagent_studio.reconstruction.texture.block_light import block_terms, evened_rims, is_block
+from physagent_studio.reconstruction.texture.round_light import thrown_back
 from physagent_studio.records.case import Image
 from physagent_studio.records.scene import Mesh, Shading
 from physagent_studio.rendering.batch import Batch
@@ -67,6 +68,9 @@ class LightingSettings:
     # 0..5: the same on pale things: green on a white ball is the cloth's light
     pale_pull_factor: float = 0.4
     max_pale_log: float = 0.2  # 0.05..0.5: up to which a thing has hardly a hue of its own
+    # 0..5: the same of those by height alone in the hue of what lies around the thing's foot, which
+    # throws light back at it
+    thrown_pull_factor: float = 0.1
     # 0..1: how far what is the thing's own colour may stray in the first rounds
     strays_log: tuple[float, float, float, float] = (0.6, 0.45, 0.3, 0.2)
     shady_ratio: float = 0.75  # 0.4..1: light below which the photo is not taken at its word
@@ -117,7 +121,7 @@ def unlit(
     terms = (
         block_terms(photo, seen.normals, inner, item)
         if block
-        else _fitted(photo, seen.normals, inner, towards)
+        else _fitted(photo, seen.normals, inner, towards, thrown_back(photo, mask))
     )
     if terms is None:
         return None
@@ -164,7 +168,7 @@ def _seen(camera: Camera, item: SceneObject, mesh: Mesh) -> Seen:
 
 
 def _fitted(
-    photo: Image, normals: FloatArray, inner: BoolArray, towards: FloatArray
+    photo: Image, normals: FloatArray, inner: BoolArray, towards: FloatArray, thrown: FloatArray
 ) -> FloatArray | None:
     """(9, 3) terms of the log of light where `inner` (H, W) is; None where there is none."""
     one, other = _pairs(inner)
@@ -178,7 +182,7 @@ def _fitted(
     hues = logs[own] - logs[own].mean(-1, keepdims=True)
     pale = float(np.median(np.linalg.norm(hues, axis=1))) < LIGHTING.max_pale_log
     pull = LIGHTING.pale_pull_factor if pale else LIGHTING.hue_pull_factor
-    fit, sure = _followed(steps, change, np.sqrt(share[one] * share[other]), pull)
+    fit, sure = _followed(steps, change, np.sqrt(share[one] * share[other]), pull, thrown)
     terms = terms_of(ways[own])
     light = terms @ fit.mean(-1)
     low, high = np.percentile(light, (5, 95))
@@ -220,12 +224,13 @@ def _pairs(inner: BoolArray) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
 
 
 def _followed(
-    steps: FloatArray, change: FloatArray, share: FloatArray, hue_pull: float
+    steps: FloatArray, change: FloatArray, share: FloatArray, hue_pull: float, thrown: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """(T, 3) by which steps of the terms (N, T) come nearest to most steps of colour, log (N, 3),
 
     by weights (N,), and weights (N,) of those that are followed: where paint meets paint, colours
-    jump, and light does not. hue_pull: how strongly its hue is drawn to none.
+    jump, and light does not. hue_pull: how strongly its hue is drawn to none, but for what the
+    ground throws back: the more of the hue `thrown` (3,) the lower a surface faces.
     """
     tone = change.mean(-1)
     hues = change - tone[:, None]
@@ -233,6 +238,9 @@ def _followed(
     stray, off = tone, np.linalg.norm(hues, axis=1)
     pull = len(tone) * np.diag(LIGHTING.pulls_share)
     pull[0, 0] = 1.0
+    # Terms that change with height alone are those that are not 0 straight up.
+    upright = terms_of(np.array([[0.0, 0, 1]]))[0] != 0
+    upright = pull * np.where(upright, LIGHTING.thrown_pull_factor, hue_pull)
     for width in (*LIGHTING.strays_log, *[0.0] * 6):
         bounds = (width or max(1.5 * float(np.median(np.abs(v))), 0.03) for v in (stray, off))
         sure = share.copy()
@@ -241,9 +249,11 @@ def _followed(
         sure /= sure.mean()
         root = steps.T * sure
         squares = root @ steps
+        along = hues @ thrown
         fit = np.linalg.solve(squares + pull, root @ tone)[:, None] + np.linalg.solve(
-            squares + hue_pull * pull, root @ hues
+            squares + hue_pull * pull, root @ (hues - np.outer(along, thrown))
         )
+        fit += np.outer(np.linalg.solve(squares + upright, root @ along), thrown)
         rest = change - steps @ fit
         # As `rest.mean(-1)`, which takes ten times as long over an axis of three.
         stray = (rest[:, 0] + rest[:, 1] + rest[:, 2]) / 3

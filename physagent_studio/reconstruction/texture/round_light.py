@@ -9,6 +9,9 @@ import numpy as np
 
 from physagent_studio.arrays import BoolArray, FloatArray
 from physagent_studio.program.scene.state import Ellipsoid, SceneObject, Sphere
+from physagent_studio.reconstruction.photo.regions import grow
+from physagent_studio.records.case import Image
+from physagent_studio.rendering.lit import DARK
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,6 +23,10 @@ class RoundSettings:
     min_parts: int = 3  # count, 2..8: of them that are a pattern
     # 0.4..0.95: of all of it: a larger part is there by itself, with crumbs
     max_lone_share: float = 0.7
+    # 0..0.5: over a thing's width: how near to its outline, and how far, what throws light is seen
+    foot_ratios: tuple[float, float] = (0.04, 0.15)
+    foot_share: float = 0.25  # 0..0.5: of its height, as far below its middle as that begins
+    min_thrown_log: float = 0.12  # 0.03..0.4: of saturation, below which that is grey
 
 
 ROUND = RoundSettings()
@@ -56,3 +63,18 @@ def is_pattern(strange: BoolArray) -> bool:
     areas = np.array([row[cv2.CC_STAT_AREA] for row in stats], float)
     large = areas[areas > ROUND.min_speck_share * strange.size]
     return len(large) >= ROUND.min_parts and bool(large.max() < ROUND.max_lone_share * large.sum())
+
+
+def thrown_back(photo: Image, mask: BoolArray) -> FloatArray:
+    """The unit hue (3,), log, of what lies around a thing's foot (H, W); 0 where that is grey."""
+    rows, columns = np.nonzero(mask)
+    width = min(np.ptp(rows), np.ptp(columns)) + 1
+    near, far = (max(2, round(share * width)) for share in ROUND.foot_ratios)
+    below = grow(mask, max(4, far)) & ~grow(mask, near)
+    below[: round(rows.mean() + ROUND.foot_share * np.ptp(rows))] = False
+    if not below.any():
+        return np.zeros(3)
+    hue = np.median(np.log(photo[below] + DARK), axis=0)
+    hue -= hue.mean()
+    length = float(np.linalg.norm(hue))
+    return hue / length if length > ROUND.min_thrown_log else np.zeros(3)

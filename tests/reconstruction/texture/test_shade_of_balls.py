@@ -8,6 +8,7 @@ from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import SceneObject, Sphere
 from physagent_studio.reconstruction.shapes.meshes import mesh_of
 from physagent_studio.reconstruction.switches import without
+from physagent_studio.reconstruction.texture.lighting import unlit
 from physagent_studio.reconstruction.texture.plain_ball import is_plain
 from physagent_studio.reconstruction.texture.projection import textured
 from physagent_studio.records import Mesh
@@ -113,3 +114,29 @@ def seen_again(mesh: Mesh, camera: Camera, item: SceneObject) -> np.ndarray:
     out = np.zeros((SIDE * SIDE, 3))
     out[hits.pixel] = lit(mesh.shading, Paint.of(mesh).sample(uv, 1.0), normals)
     return out.reshape(SIDE, SIDE, 3)
+
+
+def test_what_the_ground_throws_back_is_light_and_no_paint():
+    image, mask, camera, item = ball_on_dark_ground()
+    rows = np.indices(mask.shape)[0]
+    middle, height = rows[mask].mean(), np.ptp(rows[mask])
+    low = np.clip((rows - middle) / height * 2, 0, 1)[..., None] ** 2
+    image = image.copy()
+    image[~mask] = (170, 80, 40)
+    # Dark seams all over, so that it is no ball of one colour.
+    seams = mask & (rows % 24 < 5)
+    image[seams] = image[seams] // 3
+    tinted = image * (1 - low * (1 - np.array([1.0, 0.6, 0.35])))
+    image[mask] = tinted.astype(np.uint8)[mask]
+    grey = image.copy()
+    grey[~mask] = 90
+
+    def strayed(photo):
+        """How far the blue of what is low is off that of what is high, log, without light."""
+        plain, _ = unlit(photo, mask, camera, item, mesh_of(Sphere(radius=RADIUS)))
+        part = mask & ~seams
+        bands = [part & (low[..., 0] == 0), part & (abs(low[..., 0] - 0.3) < 0.15)]
+        high, below = (np.log(plain[band] + 16.0).mean(0) for band in bands)
+        return abs((high[2] - high[0]) - (below[2] - below[0]))
+
+    assert strayed(image) < 0.5 * strayed(grey)

@@ -15,7 +15,7 @@ from physagent_studio.program.rotations import matrix_of
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.forms import Capsule, Cylinder, Frustum, Revolved
 from physagent_studio.program.scene.state import SceneObject
-from physagent_studio.reconstruction.photo.regions import bounds, shrink
+from physagent_studio.reconstruction.photo.regions import bounds, grow, shrink
 from physagent_studio.reconstruction.shapes.meshes import MESHING, mesh_of
 from physagent_studio.records.scene import Mesh
 from physagent_studio.rendering.raster import Lens, rasterise
@@ -102,7 +102,8 @@ class Unrolled:
         facing = (normals * view).sum(1) / np.maximum(np.linalg.norm(view, axis=1), 1e-12)
         pixels, depth = camera.project(world)
         x0, y0, x1, y1 = bounds(mask)
-        core = shrink(mask, max(2, round(UNROLLED.rim_ratio * min(x1 - x0, y1 - y0))))
+        rim = max(2, round(UNROLLED.rim_ratio * min(x1 - x0, y1 - y0)))
+        core, own = shrink(mask, rim), grow(mask, rim)
         column = np.clip(pixels[:, 0].astype(int), 0, mask.shape[1] - 1)
         line = np.clip(pixels[:, 1].astype(int), 0, mask.shape[0] - 1)
         # What faces down ends in the shade of where it stands.
@@ -114,7 +115,8 @@ class Unrolled:
         spare = UNROLLED.hidden_px * depth / camera.focal * (1 + slope)
         nearest, within = self._before(camera, item, mesh)
         shape = self.places.shape[:2]
-        free = (depth < nearest[line, column] + spare) & ~shady
+        # What another thing covers is not shown either.
+        free = (depth < nearest[line, column] + spare) & ~shady & own[line, column]
         facing = np.where(free, facing, -1.0).reshape(shape)
         # The walls of a vessel are thin: which side is seen is known where all around are of it.
         sides = [self.inside[:, None] == side[line, column].reshape(shape) for side in within]

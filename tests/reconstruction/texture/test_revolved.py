@@ -12,8 +12,11 @@ from physagent_studio.records.scene import Mesh
 CAMERA = Camera.from_horizon((320, 240), 10, 1.0, focal=420.0)
 
 
-def pictured(item: SceneObject, body: Mesh, paint) -> Mesh:
-    """The body as a photo of it on green ground shows it; paint: points (N, 3) to colours."""
+def pictured(item: SceneObject, body: Mesh, paint, above: int = 0) -> Mesh:
+    """The body as a photo of it on green ground shows it; paint: points (N, 3) to colours.
+
+    above: the row above which something else covers it.
+    """
     colours = np.array([paint(*point) for point in body.vertices[body.faces].mean(1)], np.uint8)
     photo = np.full((240, 320, 3), (20, 160, 40), np.uint8)
     world = body.vertices + np.asarray(item.position)
@@ -26,6 +29,8 @@ def pictured(item: SceneObject, body: Mesh, paint) -> Mesh:
         spot = np.round(pixels[body.faces[face]] * 16).astype(np.int32)
         cv2.fillConvexPoly(photo, spot, colours[face].tolist(), shift=4)
         cv2.fillConvexPoly(mask, spot, 1, shift=4)
+    photo[:above] = (20, 160, 40)
+    mask[:above] = 0
     return textured(photo, mask.astype(bool), CAMERA, item, body)
 
 
@@ -70,3 +75,18 @@ def test_the_inside_of_a_vessel_shows_nothing_of_its_outside():
     # Its floor is darker than its wall, for little light comes there.
     floor = middle[inner][:, 2] < -0.13
     assert colours[floor].mean() < 0.85 * colours[~floor].max()
+
+
+def test_what_another_thing_covers_shows_no_pixels_drawn_out_over_it():
+    can = Frustum(bottom_radius=0.2, top_radius=0.2, height=0.4)
+    item = SceneObject(name="can", shape=can, position=(0.0, 2.0, 0.2))
+
+    def paint(x: float, y: float, z: float) -> tuple[int, int, int]:
+        # A leaf hangs down from what is covered.
+        return (40, 30, 20) if abs(x) < 0.08 and z > -0.02 else (230, 120, 20)
+
+    rows = CAMERA.project(np.array([[0.0, 1.8, 0.2]]))[0][0, 1]
+    mesh = pictured(item, mesh_of(can), paint, above=round(rows))
+    middle = mesh.vertices[mesh.faces].mean(1)
+    top = (middle[:, 2] > 0.15) & (np.hypot(middle[:, 0], middle[:, 1]) < 0.12)
+    assert (seen_of(mesh, top).astype(int)[:, 0] > 120).mean() > 0.9

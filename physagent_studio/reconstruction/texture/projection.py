@@ -30,7 +30,7 @@ from physagent_studio.reconstruction.texture.revolved import Around, around
 from physagent_studio.reconstruction.texture.rim_shade import with_rim_shade
 from physagent_studio.reconstruction.texture.round_bodies import round_textured
 from physagent_studio.reconstruction.texture.soft_rim import soft_rim
-from physagent_studio.reconstruction.texture.straight_sides import carried_back
+from physagent_studio.reconstruction.texture.straight_sides import carried_back, cut_halfway
 from physagent_studio.reconstruction.texture.turned_prisms import opposite_parts
 from physagent_studio.records.case import Image
 from physagent_studio.records.scene import Mesh
@@ -59,6 +59,7 @@ class _Look(IntEnum):
     COPIED = 2
     CARRIED = 3
     ACROSS = 4
+    FOLDED = 5
 
 
 def textured(photo: Image, mask: BoolArray, camera: Camera, item: SceneObject, mesh: Mesh) -> Mesh:
@@ -106,6 +107,7 @@ def _painted(
     turned = around(camera, item, mesh, mask, (texture, origin), lit)
     if turned is not None:
         mesh, whole = replace(mesh, faces=mesh.faces[~turned.faces]), mesh
+    mesh = cut_halfway(mask, camera, item, mesh)
     kinds = np.where(_unseen(camera, item, mesh), _Look.MIRRORED, _Look.SEEN)
     elsewhere = _elsewhere(camera, item, mask, mesh)
     for which, (chosen, _) in elsewhere.items():
@@ -124,7 +126,7 @@ def _painted(
     panels = [texture]
     x0, y0, x1, y1 = bounds(own)
     ring = max(PROJECTION.ring_ratio, soft_rim(photo[crop], own) / min(x1 - x0, y1 - y0))
-    for which in (_Look.MIRRORED, _Look.CARRIED, _Look.ACROSS):
+    for which in (_Look.MIRRORED, _Look.CARRIED, _Look.ACROSS, _Look.FOLDED):
         if not (kind == which).any():
             continue
         panel = led_inward(texture, own, ring)
@@ -168,14 +170,14 @@ def _elsewhere(
     """By kind the faces (F,) that show what is elsewhere on the body, and where (V, 3) that is."""
     parts = opposite_parts(camera, item, mesh)
     if parts:
-        return dict(zip((_Look.SEEN, _Look.ACROSS, _Look.CARRIED), parts, strict=True))
+        kinds = (_Look.SEEN, _Look.ACROSS, _Look.CARRIED, _Look.FOLDED)
+        return dict(zip(kinds, parts, strict=True))
     found = {
         _Look.COPIED: opposite_sides(camera, item, mesh),
     }
     straight = carried_back(camera, item, mask, mesh)
     if straight is not None:
-        sides, back, places = straight
-        found |= {_Look.CARRIED: (sides, places), _Look.COPIED: (back, places)}
+        found |= dict(zip((_Look.CARRIED, _Look.COPIED, _Look.FOLDED), straight, strict=True))
     return {kind: own for kind, own in found.items() if own is not None}
 
 

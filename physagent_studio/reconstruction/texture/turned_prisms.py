@@ -1,7 +1,8 @@
 """What stands over a turned footprint: what the photo does not show is like what lies opposite.
 
 The left half of a car is like its right one. Where the opposite side is hardly seen either, as of
-its far end, what is seen beside it is carried along.
+its far end, what is seen beside that comes around its corners; along its top and its bottom, which
+bend away from it, the rim is carried along.
 """
 
 from __future__ import annotations
@@ -25,6 +26,8 @@ class OppositeSettings:
 
     # sine, 0..0.2: of face and view, below which the photo tells nothing of it
     min_facing_sine: float = math.sin(math.radians(4.0))
+    # 0.2..1: of what comes around a corner, over how far it goes there: less is drawn out
+    fold_ratio: float = 0.5
     calm_count: int = 3  # count, 0..10: how often normals are made like those around them
 
 
@@ -35,7 +38,8 @@ Shown: TypeAlias = tuple[BoolArray, FloatArray]
 
 
 def opposite_parts(camera: Camera, item: SceneObject, mesh: Mesh) -> tuple[Shown, ...]:
-    """Faces that show themselves, those that show what lies across, and where something is carried.
+    """Faces that show themselves, those that show what lies across, those along which something is
+    carried, and the ends around which a side is folded.
 
     () for what does not stand over a turned footprint.
     """
@@ -61,15 +65,32 @@ def opposite_parts(camera: Camera, item: SceneObject, mesh: Mesh) -> tuple[Shown
 
     own = facing(normal, middle) > OPPOSITE.min_facing_sine
     opposite = facing(over(normal, 0.0), over(middle, centre[1])) > OPPOSITE.min_facing_sine
-    # The rim of the side that one looks at more squarely is carried along.
+    rest = ~own & ~opposite
+    # The side that one looks at more squarely tells of what is beside it.
     side = int(np.abs(axes @ eye).argmax())
     near = high[side] if axes[side] @ eye > centre[side] else low[side]
-    carried = mesh.vertices + (near - reach[:, side])[:, None] * axes[side]
+    deep = near - reach[:, side]
+    carried = mesh.vertices + deep[:, None] * axes[side]
+    end = rest & (np.abs(normal @ axes[1 - side]) > np.abs(normal @ axes[side]))
+    end &= np.abs(normal @ axes[1 - side]) > np.abs(normal[:, 2])
+    folded = carried + folded_in(reach[:, 1 - side], np.abs(deep))[:, None] * axes[1 - side]
     return (
         (own, mesh.vertices),
         (~own & opposite, over(mesh.vertices, centre[1])),
-        (~own & ~opposite, carried),
+        (rest & ~end, carried),
+        (end, folded),
     )
+
+
+def folded_in(along: FloatArray, deep: FloatArray) -> FloatArray:
+    """(V,) how far along a side lies what comes around its ends, at vertices so far along it (V,)
+
+    and behind it (V,): from both corners of an end to its middle, drawn out, and to no more than
+    the side's.
+    """
+    low, high, wide = along.min(), along.max(), max(float(deep.max()), 1e-12)
+    into = np.minimum(deep, wide - deep) * min(OPPOSITE.fold_ratio, (high - low) / wide)
+    return np.asarray(into * np.sign((low + high) / 2 - along))
 
 
 def _faced(mesh: Mesh) -> tuple[FloatArray, FloatArray]:

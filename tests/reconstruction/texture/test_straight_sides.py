@@ -47,6 +47,29 @@ def test_the_sides_have_the_rims_colour_and_the_far_side_the_fronts():
     assert (_shown(mesh, np.ones(len(mesh.faces), bool))[:, 1] < 100).all()
 
 
+def test_upright_sides_show_what_is_beside_them_and_no_stripes():
+    mask = np.zeros((240, 320), bool)
+    mask[90:150, 100:220] = True
+    photo = np.full((240, 320, 3), (60, 160, 60), np.uint8)
+    photo[mask] = (200, 30, 30)
+    photo[100:140, 110:118] = (30, 30, 200)
+    size = tuple(2.5 * part for part in upright_extent(mask, CAMERA, 80, straight=True))
+    shape = Inflated(size=(size[0], size[1], size[2]), straight=True)
+    body = inflated_mesh(mask, CAMERA, shape)
+    middle = on_upright(CAMERA, [(160, 120)], 2.5)[0]
+    x, y, z = middle - (body.vertices.min(0) + body.vertices.max(0)) / 2
+    item = SceneObject(name="car", shape=shape, position=(float(x), float(y), float(z)))
+    mesh = textured(photo, mask, CAMERA, item, body)
+    left = np.flatnonzero(_normals(mesh)[:, 0] < -0.9)
+    shares = np.random.default_rng(0).dirichlet((1, 1, 1), 40)
+    places = np.einsum("ki,fij->fkj", shares, mesh.uv[mesh.faces[left]]).reshape(-1, 2).astype(int)
+    colours = mesh.texture[places[:, 1], places[:, 0]].astype(int)
+    blue = colours[:, 2] > 120
+    # What is a little beside its edge is seen on it, between what is at the edge.
+    assert 0.08 < blue.mean() < 0.7
+    assert (colours[:, 1] < 100).all()
+
+
 def test_an_end_of_a_can_that_is_not_seen_is_plain():
     can = Cylinder(radius=0.2, height=0.5)
     item = SceneObject(name="can", shape=can, position=(0.0, 2.5, 0.25))

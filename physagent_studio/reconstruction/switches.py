@@ -13,6 +13,7 @@ MASKS = {
     "expected gain": "other candidates by what they are expected to add",
     "variants": "other candidates with shadow or reflection, wider or tighter",
     "unions of drafts": "any two drafts together are one more",
+    "framed": "what frames an upright rectangle belongs to it",
     "rare colours": "a cut by the colours of a box that are rare around it is one more draft",
     "tight boxes": "a box that a person drew ends where the thing ends",
     "settled outline": "the outline settled at the size of the picture",

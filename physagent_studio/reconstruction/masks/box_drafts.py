@@ -15,6 +15,7 @@ from physagent_studio.reconstruction.masks.ranking import Seen, ranked
 from physagent_studio.reconstruction.masks.task import Task, View
 from physagent_studio.reconstruction.photo.regions import (
     BoolArray,
+    bounds,
     holding,
     smooth,
     without_pinholes,
@@ -31,6 +32,11 @@ class DraftSettings:
     min_draft_px: int = 30  # 10..200: of the view: less is a speck
     min_window_share: float = 0.2  # 0.05..0.5: mean of the map on a hole that belongs to the thing
     max_window_share: float = 0.1  # 0.01..0.3: of the mask, of such a hole
+    # share, 0.8..1: of its own bounds, that an upright rectangle fills
+    min_filled_share: float = 0.93
+    # share, 0.005..0.3: of a box, by which what is framed ends before two sides, and before any
+    frame_shares: tuple[float, float] = (0.02, 0.15)
+    min_edge_ratio: float = 0.3  # 0.1..1: of a frame's outer edge over its inner one
     same_ratio: float = 0.97  # 0.9..1: IoU of two drafts whose union tells nothing new
 
 
@@ -56,6 +62,8 @@ def found_in(
     drafts = [replace(draft, mask=_without_windows(draft.mask, maps[0])) for draft in drafts]
     if at_work("unions of drafts"):
         drafts += _unions(drafts)
+    if task.tight and at_work("framed"):
+        drafts += _framed(view.lab, drafts, task.box)
     found = ranked(view.lab, drafts, task, task.box, Seen(maps[0], sure))
     return agreed(found, view.lab)
 
@@ -107,6 +115,46 @@ def _unions(drafts: Sequence[Draft]) -> list[Draft]:
         for (i, one), (k, other) in itertools.combinations(enumerate(drafts), 2)
         if like[i, k] < DRAFTS.same_ratio
     ]
+
+
+def _framed(lab: NDArray[np.float32], drafts: Sequence[Draft], box: Box) -> list[Draft]:
+    """What frames an upright rectangle, out to the edges nearest to the sides of its box: a
+    picture and its frame, a screen and its rim are parted by a line as sharp as the outer one."""
+    rows, columns = lab.shape[:2]
+    wide, high = box[2] - box[0], box[3] - box[1]
+    for draft in drafts:
+        left, top, right, low = bounds(draft.mask)
+        if np.count_nonzero(draft.mask) < DRAFTS.min_filled_share * (right - left) * (low - top):
+            continue
+        gaps = ((left - box[0]) / wide, (top - box[1]) / high,
+                (box[2] - right) / wide, (box[3] - low) / high)  # fmt: skip
+        least, most = DRAFTS.frame_shares
+        short = sum(gap > least for gap in gaps)
+        if short < 2 or not all(-least < gap < most for gap in gaps):
+            continue
+        inner = (left, top, right, low)
+        sides = [side for k in range(4) if (side := _side(lab, inner, box, k)) is not None]
+        if len(sides) < 4:
+            continue
+        x0, y0, x1, y1 = (int(np.clip(v, 0, end)) for v, end in zip(sides, (columns, rows) * 2))
+        frame = np.zeros((rows, columns), bool)
+        frame[y0:y1, x0:x1] = True
+        return [Draft(frame, "frame", "colour")]
+    return []
+
+
+def _side(lab: NDArray[np.float32], inner: tuple[int, ...], box: Box, k: int) -> int | None:
+    """Where the frame of a rectangle ends on its side k: the sharpest edge near the box's side;
+    None where none is nearly as sharp as that of the rectangle itself."""
+    left, top, right, low = inner
+    across = lab[top:low] if k % 2 == 0 else lab[:, left:right].transpose(1, 0, 2)
+    step = np.abs(np.diff(across.astype(float), axis=1)).sum(-1).mean(0)
+    reach = max(2.0, abs(inner[k] - box[k]) / 2)
+    first, last = max(0, int(box[k] - reach)), min(len(step), int(np.ceil(box[k] + reach)))
+    own = step[max(0, inner[k] - 3) : inner[k] + 3]
+    if last <= first or step[first:last].max() < DRAFTS.min_edge_ratio * own.max(initial=0.0):
+        return None
+    return first + int(step[first:last].argmax()) + 1
 
 
 def _without_windows(mask: BoolArray, chance: NDArray[np.float32]) -> BoolArray:

@@ -32,6 +32,7 @@ class RankingSettings:
     # share, 0.02..0.2: of a box that a person drew, by which a thing may end before a side of it
     loose_share: float = 0.09
     short_loss: float = 0.6  # weight, 0..2: of what it ends before the sides beyond that
+    frame_gain: float = 0.06  # score, 0..0.2: of a rectangle that a box is drawn closely around
     denied_loss: float = 0.5  # score, 0.1..1: of a draft that covers all clicks outside
     spot_px: int = 8  # 2..20: of the view, about a click: a person points no better
 
@@ -69,11 +70,14 @@ def ranked(
             + RANKING.area_weight * taken
             + RANKING.map_weight * seen.sure * soft_iou(draft.mask, seen.chance)
         )
+        if draft.method == "frame":
+            value += RANKING.frame_gain
         value = value * own.covered - denied(draft.mask, task)
         if task.tight and at_work("tight boxes"):
             value -= RANKING.short_loss * _short_of(draft.mask, box)
-        graded.append((draft, float(np.clip(value, 0.0, 1.0))))
-    return sorted(graded, key=lambda scored: -scored[1])
+        graded.append((draft, float(value)))
+    graded.sort(key=lambda scored: -scored[1])
+    return [(draft, min(max(value, 0.0), 1.0)) for draft, value in graded]
 
 
 def _short_of(mask: BoolArray, box: Box) -> float:

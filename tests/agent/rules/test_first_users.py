@@ -139,6 +139,7 @@ def unread(program: PhysicalProgram) -> list[str]:
                 "pig rests on cork_box at the end",
                 "pig is above cork_box at the end",
                 "pig does not topple",
+                "pig stands upright at the end",
             ],
         ),
         (

@@ -59,6 +59,8 @@ def script_for(task: Task) -> Script:
             return scripts.past_what_is_below
         if scripts.landed_on(task) is not None:
             return scripts.off_what_it_fell_on
+    if scripts.top_aim(task) is not None:
+        return scripts.leap_onto
     flying = intent.has("kick", "throw", "fly") and not intent.has("roll", "slide")
     flying |= intent.has("fly") and intent.has("land")
     flying |= _is_higher(task)

@@ -118,6 +118,10 @@ def _on_something(c: Context) -> Spec:
     leaps = any(f.sense in ("jump", "rise", "bounce", "flip") for f in c.earlier)
     falls = any(f.sense in ("fall", "leave") or f.place("off", "from") for f in c.earlier)
     on_ground = spec("contacts", c.subject, other=ground)
+    onto = next((p for f in c.earlier if f.sense == "jump" and (p := f.place("on", "atop"))), None)
+    if onto is not None and onto.kind in ("object", "support") and onto.name != c.subject:
+        # "Jumps onto the table and lands beside the jug": up there.
+        return spec("contacts", c.subject, other=onto.name)
     if leaps and below == ground and is_last(c):
         # It touched the ground before it leapt, too.
         return spec("reaches", c.subject, other=ground)

@@ -22,6 +22,10 @@ def jump(c: Context) -> list[Spec]:
         # Of so many leaps each but the last is taken off from where it came down.
         found.append(spec("bounces", c.subject, other=below, times=(c.frame.count or 2) - 1))
     found += _leaps_to(c)
+    onto = c.frame.place("on", "atop")
+    if upright and onto is not None and not is_ground(c, onto) and is_last(c):
+        # On its feet up there, and not hung over the edge.
+        found.append(spec("upright", c.subject, tilt=20.0))
     if c.frame.direction == "down" and c.layout.is_raised(c.subject):
         # "Jumps down" is lower in the end than it stood.
         least = min(descents(c.layout, c.subject), default=c.length(0.5, 0.03, 0.2))

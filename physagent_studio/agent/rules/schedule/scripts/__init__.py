@@ -34,6 +34,7 @@ from physagent_studio.agent.rules.schedule.scripts.landing import (
     swing,
     up_ramp,
 )
+from physagent_studio.agent.rules.schedule.scripts.leaping_onto import leap_onto, top_aim
 from physagent_studio.agent.rules.schedule.scripts.squeezing import is_squeezed, squeeze
 from physagent_studio.agent.rules.schedule.scripts.task import Task
 from physagent_studio.agent.rules.schedule.scripts.turns import (

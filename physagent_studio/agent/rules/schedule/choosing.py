@@ -22,6 +22,7 @@ from physagent_studio.agent.rules.schedule.told_order import (
     spins_first,
     tips_onto,
     wobbles_first,
+    wobbles_then,
 )
 from physagent_studio.language import EDGES, EventFrame
 from physagent_studio.program.actions import Action
@@ -70,6 +71,8 @@ def script_for(task: Task) -> Script:
     inside = task.target()
     if flying or (inside is not None and _is_opening(inside.name, layout) and intent.has("land")):
         return scripts.through_air
+    if wobbles_then(task) and not wobbles_first(task):
+        return _rocked_then
     if rolls_when_it_lies(task):
         return scripts.over_and_off if _leaves_support(task) else scripts.over_and_on
     if _leaves_support(task):
@@ -305,6 +308,15 @@ def _bounced_then(task: Task) -> list[Action]:
     here = replace(task, intent=Intent(task.name, [first]))
     leaps = _bouncing(here)(here)
     return leaps + _onward(task, rest, scripts.bounced_steps(here, leaps))
+
+
+def _rocked_then(task: Task) -> list[Action]:
+    """It wobbles where it stands, and then goes on; what stands and rolls falls over for that."""
+    first, *rest = (f for f in task.intent.frames if not f.negated)
+    rocked, wait = scripts.rock_first(replace(task, intent=Intent(task.name, [first])))
+    if rest[0].sense == "roll" and task.layout.rolls_on_its_side(task.name):
+        rest.insert(0, EventFrame("topple", "", patient=(task.name,)))
+    return rocked + _onward(task, rest, wait)
 
 
 def _onward(task: Task, frames: list[EventFrame], wait: int) -> list[Action]:

@@ -29,6 +29,15 @@ def wobbles_first(task: Task) -> bool:
     return "sway" in told[:over] and alone and is_stiff(task) and can_only_topple_here(task)
 
 
+def wobbles_then(task: Task) -> bool:
+    """ "It wobbles, then it rolls off the table": first where it stands, and then what follows."""
+    told = [frame for frame in task.intent.frames if not frame.negated]
+    alone = not task.intent.struck_by and not task.intent.hits
+    goes = {*OVER, "tip_over", "roll", "slide", "move", "slip"} & {f.sense for f in told[1:]}
+    stands = is_stiff(task) and task.layout.carrier(task.name) is not None
+    return bool(goes) and told[0].sense == "sway" and alone and stands
+
+
 def rolls_when_it_lies(task: Task) -> bool:
     """ "The tin tips over and rolls into the box": first it stands, then it lies and is round."""
     told = [f.sense for f in task.intent.frames if not f.negated and task.name in f.patient]

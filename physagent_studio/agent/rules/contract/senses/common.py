@@ -297,6 +297,9 @@ _OVER = ("topple", "fall", "knock_over", "tip_over", "flip", "collapse", "lose_b
 def keeps_standing(c: Context) -> list[Spec]:
     """What bends or sways does not fall over, unless that is told next."""
     falls = any(f.sense in _OVER and not f.negated for f in c.later)
+    if c.layout.rolls_on_its_side(c.subject):
+        # What stands and rolls off lies for that.
+        falls |= any(f.sense == "roll" and not f.negated for f in c.later)
     return [] if rolls(c) or falls else [spec("topples", c.subject, tilt=60.0, negated=True)]
 
 

@@ -20,6 +20,7 @@ from physagent_studio.agent.rules.contract.specs import (
     spec,
 )
 from physagent_studio.agent.rules.scene.measures import place_name
+from physagent_studio.language import EventFrame
 from physagent_studio.program.scene.bodies import Cloth
 
 
@@ -62,11 +63,16 @@ def sway(c: Context) -> list[Spec]:
 def _falls_afterwards(c: Context) -> bool:
     """ "Wobbles, then topples", by itself: the fall is no sway."""
     struck = any(c.subject in f.patient and f.agent for f in c.reading.frames)
-    low = c.layout.has(c.subject) and not c.layout.is_raised(c.subject)
+    stands = c.layout.has(c.subject) and c.layout.carrier(c.subject) is not None
     over = any(
-        (f.sense == "topple" or (low and f.sense == "fall")) and not f.negated for f in c.later
+        (f.sense == "topple" or (f.sense == "fall" and stands) or _goes_off(f)) and not f.negated
+        for f in c.later
     )
     return over and not struck and not c.frame.negated and not c.layout.rolls(c.subject)
+
+
+def _goes_off(frame: EventFrame) -> bool:
+    return frame.sense in ("roll", "slide", "slip") and frame.place("off", "from") is not None
 
 
 def bend(c: Context) -> list[Spec]:

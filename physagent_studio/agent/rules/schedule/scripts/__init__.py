@@ -30,6 +30,7 @@ from physagent_studio.agent.rules.schedule.scripts.landing import (
     off_what_it_fell_on,
     past_what_is_below,
     rock,
+    rock_first,
     rock_over,
     swing,
     up_ramp,

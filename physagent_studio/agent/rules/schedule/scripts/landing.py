@@ -134,10 +134,16 @@ def rock(task: Task) -> list[Action]:
 
 def rock_over(task: Task) -> list[Action]:
     """Wobbles for less than half of the clip, and only then falls over."""
+    rocked, later = rock_first(task)
+    over = [a.model_copy(update={"start_step": a.start_step + later}) for a in tip(task)]
+    return [*rocked, *over]
+
+
+def rock_first(task: Task) -> tuple[list[Action], int]:
+    """The pushes of a wobble that something follows, and after how many steps that begins."""
     later = round(LANDING.wobbling_share * task.clip.steps)
     rocked = [a for a in rock(task) if a.start_step + LANDING.rocking_steps < later]
-    over = [a.model_copy(update={"start_step": a.start_step + later}) for a in tip(task)]
-    return [*rocked[: LANDING.rocking_pushes - 1], *over]
+    return rocked[: LANDING.rocking_pushes - 1], later
 
 
 def _tilted(task: Task, side: Direction, start: int) -> tuple[Action, int]:

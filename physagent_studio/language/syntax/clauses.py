@@ -269,18 +269,35 @@ def _then(chunks: Sequence[Chunk], verb: int, end: int) -> int:
     """ "Hits the cup, then the box": where the verb goes on to another thing; else the end."""
     for index in range(verb + 2, end - 1):
         told = any(c.np is not None for c in chunks[verb + 1 : index]) or chunks[verb].passive
+        gone = any(_is_way(c) for c in chunks[verb + 1 : index])
+        then = (chunks[index].kind, chunks[index].word) == ("and", "then")
+        if then and gone and _is_way(chunks[index + 1]):
+            # "Slides to the left, then to the right"; "and then back" is of turning back.
+            return index
         # "The cherry falls off, then the candle".
         told |= any(c.np is not None for c in chunks[max(verb - 3, 0) : verb])
-        if (chunks[index].kind, chunks[index].word) != ("and", "then") or not told:
+        if not then or not told:
             continue
         if chunks[index + 1].kind == "np" and all(c.kind != "gap" for c in chunks[index:end]):
             return index
     return end
 
 
+_LEVEL = ("left", "right")
+
+
+def _is_way(chunk: Chunk) -> bool:
+    return chunk.kind == "adv" and v.DIRECTIONS.get(chunk.word) in _LEVEL
+
+
 def _again(told: RawClause, tail: Sequence[Chunk], start: int, end: int) -> RawClause:
     """The same verb of the next thing, afterwards."""
     things, places = _after_verb(tail)
+    if not things:
+        way = tuple(c.word for c in tail if c.kind == "adv")
+        kept = tuple(a for a in told.adverbs if v.DIRECTIONS.get(a) not in _LEVEL)
+        fresh = replace(told, lead=(), adverbs=(*kept, *way), joint="then", sequel=True)
+        return replace(fresh, start=start, end=end)
     passive = told.verb is not None and (told.verb.passive or not told.objects)
     about = {"subjects": things} if passive else {"objects": things}
     fresh = replace(told, places=places or told.places, lead=(), joint="then", sequel=True, **about)  # type: ignore[arg-type]

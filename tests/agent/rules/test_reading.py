@@ -545,7 +545,8 @@ def test_everyday_turns_are_read_whole(prompt: str, sense: str) -> None:
 
 def test_there_and_on_is_no_rhythm_of_what_rolls_and_in_turn_is_one_thing() -> None:
     asked = "The red ball rolls to the left and then to the right."
-    assert read(asked, stock(GAME)).not_understood
+    ways = [(frame.sense, frame.direction) for frame in read(asked, stock(GAME)).frames]
+    assert ways == [("roll", "left"), ("roll", "right")]
     prompt = "The red ball hits the blue box, which in turn knocks over the green cup."
     reading = read(prompt, stock(GAME))
     assert senses(reading) == ["hit", "knock_over"]

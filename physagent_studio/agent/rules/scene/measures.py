@@ -35,6 +35,11 @@ OPPOSITE: dict[Direction, Direction] = {
 }  # fmt: skip
 
 
+def are_opposite(way: str | None, other: str | None) -> bool:
+    """Whether these are two named directions, and one the reverse of the other."""
+    return (way, other) in OPPOSITE.items()
+
+
 def named_way(vector: FloatArray) -> Direction:
     """The named horizontal direction nearest to a vector."""
     if abs(vector[0]) >= abs(vector[1]):

@@ -9,6 +9,7 @@ from physagent_studio.agent.rules.contract.intents import Intent
 from physagent_studio.agent.rules.scene.measures import WAYS, Layout
 from physagent_studio.agent.rules.schedule import actions as act
 from physagent_studio.agent.rules.schedule import scripts
+from physagent_studio.agent.rules.schedule.legs import one_way_then_another, shorter, ways_in_turn
 from physagent_studio.agent.rules.schedule.ramps import down_ramp
 from physagent_studio.agent.rules.schedule.scripts import Task
 from physagent_studio.agent.rules.schedule.told_order import (
@@ -26,7 +27,6 @@ from physagent_studio.agent.rules.schedule.told_order import (
 )
 from physagent_studio.language import EDGES, EventFrame
 from physagent_studio.program.actions import Action
-from physagent_studio.program.program import Clip
 from physagent_studio.program.scene.aloft import in_air
 
 Script = Callable[[Task], list[Action]]
@@ -71,6 +71,8 @@ def script_for(task: Task) -> Script:
     inside = task.target()
     if flying or (inside is not None and _is_opening(inside.name, layout) and intent.has("land")):
         return scripts.through_air
+    if ways_in_turn(task):
+        return one_way_then_another
     if wobbles_then(task) and not wobbles_first(task):
         return _rocked_then
     if rolls_when_it_lies(task):
@@ -298,7 +300,7 @@ def _back_and_on(task: Task) -> list[Action]:
     first, *rest = task.intent.frames
     wait = task.clip.steps * 2 // 5
     halts = Intent(task.name, [first, EventFrame("stop", "")])
-    back = scripts.along_ground(replace(task, intent=halts, clip=_shorter(task.clip, wait)))
+    back = scripts.along_ground(replace(task, intent=halts, clip=shorter(task.clip, wait)))
     return back + _onward(task, rest, wait)
 
 
@@ -321,14 +323,9 @@ def _rocked_then(task: Task) -> list[Action]:
 
 def _onward(task: Task, frames: list[EventFrame], wait: int) -> list[Action]:
     """What else is told of it, in what is left of the clip after so many steps."""
-    clip = _shorter(task.clip, task.clip.steps - wait)
+    clip = shorter(task.clip, task.clip.steps - wait)
     rest = replace(task, intent=replace(task.intent, frames=frames), clip=clip)
     return [act.later(action, wait) for action in script_for(rest)(rest)]
-
-
-def _shorter(clip: Clip, steps: int) -> Clip:
-    """A clip of so many steps, in whole frames."""
-    return clip.model_copy(update={"frames": max(steps // clip.steps_per_frame, 2)})
 
 
 def _hopping(task: Task) -> Script:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 from physagent_studio.agent.rules.contract.intents import met
 from physagent_studio.agent.rules.contract.senses.common import (
@@ -33,7 +34,7 @@ from physagent_studio.agent.rules.contract.specs import (
     spec,
     ways_of,
 )
-from physagent_studio.agent.rules.scene.measures import level, named_way, place_name
+from physagent_studio.agent.rules.scene.measures import are_opposite, level, named_way, place_name
 from physagent_studio.agent.rules.scene.steps import descents, steps_below
 from physagent_studio.language import Place
 from physagent_studio.program.actions import Direction
@@ -45,7 +46,32 @@ def move(c: Context) -> list[Spec]:
     held = item is not None and item.body.kind in ("soft", "cloth", "rope")
     if c.frame.cause == "wind" and held:
         return wind(c)
-    return [*travel(c), *along(c), *manner(c), *bent_path(c), *_while_descending(c)]
+    found = [*travel(c), *along(c), *manner(c), *bent_path(c), *_while_descending(c)]
+    return _from_its_turn(c, found)
+
+
+def _from_its_turn(c: Context, found: list[Spec]) -> list[Spec]:
+    """ "Left, then right": the second way counts from where the first one ended, not from where it
+    stood. Each has as much of the clip as the others."""
+    ways = [f.direction for f in c.earlier if f.sense in _LEGS and not f.negated]
+    ways = [way for way in ways if way is not None]
+    item = c.layout.state.object(c.subject)
+    if item is None or item.wheels is not None:
+        # "Drives to the right and turns left" is one way with a bend.
+        return found
+    if not ways or c.frame.link != "then" or not are_opposite(ways[-1], c.frame.direction):
+        return found
+    others = [f for f in c.later if f.sense in _LEGS and f.direction and not f.negated]
+    begins = round(len(ways) / (len(ways) + 1 + len(others)) * c.steps)
+    return [
+        replace(s, fields={**s.fields, "from_step": begins})
+        if s.kind == "moves" and "direction" in s.fields and not s.fields.get("negated")
+        else s
+        for s in found
+    ]
+
+
+_LEGS = ("move", "slide", "roll", "push", "pull", "drift")
 
 
 def slide(c: Context) -> list[Spec]:

@@ -8,7 +8,7 @@ from physagent_studio.agent.rules.contract.senses.common import posture, quality
 from physagent_studio.agent.rules.contract.sequence import OVER
 from physagent_studio.agent.rules.contract.specs import SPEC, Context, Spec, spec
 from physagent_studio.agent.rules.scene.measures import level, place_name, unit
-from physagent_studio.language import EventFrame, Place
+from physagent_studio.language import EDGES, EventFrame, Place
 from physagent_studio.language.tokens.vocabulary import words_of
 from physagent_studio.program.scene.state import Ramp, Support
 
@@ -20,6 +20,24 @@ def stop(c: Context) -> list[Spec]:
     """
     if any(_goes_on(f) for f in c.later):
         return []
+    return [*_stopped(c), *_not_over_the_edge(c)]
+
+
+def _not_over_the_edge(c: Context) -> list[Spec]:
+    """ "Slides to the edge and stops": still on what it stood on."""
+    carrier = c.layout.carrier(c.subject)
+    named = (p for f in (*c.earlier, c.frame) for r, p in f.places if r not in _BEFORE)
+    at_edge = any(p.part in EDGES and p.name == c.layout.base(c.subject) for p in named)
+    gone = any(f.sense in ("fall", "leave") for f in (*c.earlier, *c.later))
+    if carrier is None or not at_edge or gone or not c.layout.is_raised(c.subject):
+        return []
+    return [spec("rests_on", c.subject, other=carrier)]
+
+
+_BEFORE = ("before", "in_front")
+
+
+def _stopped(c: Context) -> list[Spec]:
     place = c.frame.place("near", "at", "on", "in", "object", "atop")
     if place is not None and place.kind == "group":
         place = None

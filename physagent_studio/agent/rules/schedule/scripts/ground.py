@@ -24,7 +24,7 @@ from physagent_studio.agent.rules.schedule.scripts.blows import blow, sent_off, 
 from physagent_studio.agent.rules.schedule.scripts.carrying import met_across
 from physagent_studio.agent.rules.schedule.scripts.stopping import brake, stopping_speed
 from physagent_studio.agent.rules.schedule.scripts.task import TASK, Task
-from physagent_studio.language import Place
+from physagent_studio.language import EDGES, Place
 from physagent_studio.language.tokens.vocabulary import words_of
 from physagent_studio.program.actions import Action, Directed, Direction
 from physagent_studio.program.base import Position
@@ -162,6 +162,9 @@ def _distance(task: Task, target: Place | None) -> float:
             distance -= task.layout.extent(task.name, ahead)
             if task.layout.has(task.intent.hits[0]):
                 distance -= task.layout.extent(task.intent.hits[0], -ahead)
+        elif target.part in EDGES and task.intent.has("stop", "settle"):
+            # Its front, and not its middle, is at the edge then.
+            distance -= task.layout.extent(task.name, ahead)
         return max(distance, 0.3 * task.layout.size(task.name))
     return max(good_way(task.layout, task.name, ahead), task.clear_along(ahead))
 

@@ -6,7 +6,8 @@ from dataclasses import replace
 from itertools import pairwise
 
 from physagent_studio.agent.rules.contract.intents import Intent
-from physagent_studio.agent.rules.scene.measures import OPPOSITE, are_opposite
+from physagent_studio.agent.rules.scene.framing import good_way
+from physagent_studio.agent.rules.scene.measures import OPPOSITE, WAYS, FloatArray, are_opposite
 from physagent_studio.agent.rules.schedule import actions as act
 from physagent_studio.agent.rules.schedule import scripts
 from physagent_studio.agent.rules.schedule.scripts import Task
@@ -32,11 +33,20 @@ def one_way_then_another(task: Task) -> list[Action]:
     legs = ways_in_turn(task)
     wait = task.clip.steps // len(legs)
     found: list[Action] = []
+    far = 0.0
     for k, leg in enumerate(legs):
-        halts = Intent(task.name, [leg, EventFrame("stop", "")])
+        room = good_way(task.layout, task.name, _along(leg)) / len(legs)
+        # The way back is as free as the way there was.
+        far = max(room, far)
+        told = leg if leg.distance is not None else replace(leg, distance=far)
+        halts = Intent(task.name, [told, EventFrame("stop", "")])
         there = scripts.along_ground(replace(task, intent=halts, clip=shorter(task.clip, wait)))
         found += [act.later(_of_leg(a, f"leg_{k + 1}"), k * wait) for a in there]
     return found
+
+
+def _along(leg: EventFrame) -> FloatArray:
+    return next(vector for way, vector in WAYS.items() if way == leg.direction)
 
 
 def _of_leg(action: Action, leg: str) -> Action:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 from physagent_studio.agent.rules.contract.intents import met
 from physagent_studio.agent.rules.contract.senses.common import (
@@ -17,6 +16,7 @@ from physagent_studio.agent.rules.contract.senses.common import (
     travel,
 )
 from physagent_studio.agent.rules.contract.senses.extents import is_slight
+from physagent_studio.agent.rules.contract.senses.in_turn import in_turn
 from physagent_studio.agent.rules.contract.senses.turning import topple
 from physagent_studio.agent.rules.contract.senses.whereabouts import (
     along,
@@ -34,7 +34,7 @@ from physagent_studio.agent.rules.contract.specs import (
     spec,
     ways_of,
 )
-from physagent_studio.agent.rules.scene.measures import are_opposite, level, named_way, place_name
+from physagent_studio.agent.rules.scene.measures import level, named_way, place_name
 from physagent_studio.agent.rules.scene.steps import descents, steps_below
 from physagent_studio.language import Place
 from physagent_studio.program.actions import Direction
@@ -46,32 +46,7 @@ def move(c: Context) -> list[Spec]:
     held = item is not None and item.body.kind in ("soft", "cloth", "rope")
     if c.frame.cause == "wind" and held:
         return wind(c)
-    found = [*travel(c), *along(c), *manner(c), *bent_path(c), *_while_descending(c)]
-    return _from_its_turn(c, found)
-
-
-def _from_its_turn(c: Context, found: list[Spec]) -> list[Spec]:
-    """ "Left, then right": the second way counts from where the first one ended, not from where it
-    stood. Each has as much of the clip as the others."""
-    ways = [f.direction for f in c.earlier if f.sense in _LEGS and not f.negated]
-    ways = [way for way in ways if way is not None]
-    item = c.layout.state.object(c.subject)
-    if item is None or item.wheels is not None:
-        # "Drives to the right and turns left" is one way with a bend.
-        return found
-    if not ways or c.frame.link != "then" or not are_opposite(ways[-1], c.frame.direction):
-        return found
-    others = [f for f in c.later if f.sense in _LEGS and f.direction and not f.negated]
-    begins = round(len(ways) / (len(ways) + 1 + len(others)) * c.steps)
-    return [
-        replace(s, fields={**s.fields, "from_step": begins})
-        if s.kind == "moves" and "direction" in s.fields and not s.fields.get("negated")
-        else s
-        for s in found
-    ]
-
-
-_LEGS = ("move", "slide", "roll", "push", "pull", "drift")
+    return [*in_turn(c, travel(c)), *along(c), *manner(c), *bent_path(c), *_while_descending(c)]
 
 
 def slide(c: Context) -> list[Spec]:
@@ -128,9 +103,8 @@ def _down_the_slope(c: Context) -> list[Spec]:
     """Upright, along the slope and never far off it."""
     downhill = c.layout.downhill(c.subject)
     assert downhill is not None
-    far = c.length(1.0, 0.05, 0.2)
     way = named_way(level(downhill))
-    along_it = spec("moves", c.subject, distance=far, direction=way)
+    along_it = spec("moves", c.subject, distance=c.length(1.0, 0.05, 0.2), direction=way)
     below = spec("contacts", c.subject, other=c.layout.ground())
     upright, held = _on_the_slope(c)
     return [upright, along_it, held, *_not_off_the_side(c, way, below)]

@@ -1,0 +1,30 @@
+"""Ways that are told one after the other."""
+
+from dataclasses import replace
+
+from physagent_studio.agent.rules.contract.specs import Context, Spec
+from physagent_studio.agent.rules.scene.measures import are_opposite
+
+
+def in_turn(c: Context, found: list[Spec]) -> list[Spec]:
+    """ "Left, then right": the second way counts from where the first one ended, not from where it
+    stood. Each has as much of the clip as the others."""
+    ways = [f.direction for f in c.earlier if f.sense in _LEGS and not f.negated]
+    ways = [way for way in ways if way is not None]
+    item = c.layout.state.object(c.subject)
+    if item is None or item.wheels is not None:
+        # "Drives to the right and turns left" is one way with a bend.
+        return found
+    if not ways or c.frame.link != "then" or not are_opposite(ways[-1], c.frame.direction):
+        return found
+    others = [f for f in c.later if f.sense in _LEGS and f.direction and not f.negated]
+    begins = round(len(ways) / (len(ways) + 1 + len(others)) * c.steps)
+    return [
+        replace(s, fields={**s.fields, "from_step": begins})
+        if s.kind == "moves" and "direction" in s.fields and not s.fields.get("negated")
+        else s
+        for s in found
+    ]
+
+
+_LEGS = ("move", "slide", "roll", "push", "pull", "drift")

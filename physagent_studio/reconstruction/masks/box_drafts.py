@@ -136,7 +136,8 @@ def _framed(lab: NDArray[np.float32], drafts: Sequence[Draft], box: Box) -> list
         sides = [side for k in range(4) if (side := _side(lab, inner, box, k)) is not None]
         if len(sides) < 4:
             continue
-        x0, y0, x1, y1 = (int(np.clip(v, 0, end)) for v, end in zip(sides, (columns, rows) * 2))
+        ends = (columns, rows, columns, rows)
+        x0, y0, x1, y1 = (min(max(v, 0), end) for v, end in zip(sides, ends, strict=True))
         frame = np.zeros((rows, columns), bool)
         frame[y0:y1, x0:x1] = True
         return [Draft(frame, "frame", "colour")]

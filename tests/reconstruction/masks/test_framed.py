@@ -29,8 +29,8 @@ def hung(rim_px: int, frame: tuple[int, int, int]) -> tuple[Image, BoolArray]:
     return np.clip(photo, 0, 255).astype(np.uint8), mask
 
 
-def found(photo: Image, box: tuple[int, ...]) -> BoolArray:
-    said = [("picture_frame", Grounding(box=tuple(float(side) for side in box)))]
+def found(photo: Image, box: tuple[float, float, float, float]) -> BoolArray:
+    said = [("picture_frame", Grounding(box=box))]
     offers = EmbeddedSegmenter().segment(photo, said)
     return choose(offers, said, photo.shape[:2], photo)["picture_frame"]
 

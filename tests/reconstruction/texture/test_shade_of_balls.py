@@ -133,7 +133,9 @@ def test_what_the_ground_throws_back_is_light_and_no_paint():
 
     def strayed(photo):
         """How far the blue of what is low is off that of what is high, log, without light."""
-        plain, _ = unlit(photo, mask, camera, item, mesh_of(Sphere(radius=RADIUS)))
+        taken = unlit(photo, mask, camera, item, mesh_of(Sphere(radius=RADIUS)))
+        assert taken is not None
+        plain, _ = taken
         part = mask & ~seams
         bands = [part & (low[..., 0] == 0), part & (abs(low[..., 0] - 0.3) < 0.15)]
         high, below = (np.log(plain[band] + 16.0).mean(0) for band in bands)

@@ -60,6 +60,8 @@ def test_upright_sides_show_what_is_beside_them_and_no_stripes():
     x, y, z = middle - (body.vertices.min(0) + body.vertices.max(0)) / 2
     item = SceneObject(name="car", shape=shape, position=(float(x), float(y), float(z)))
     mesh = textured(photo, mask, CAMERA, item, body)
+    assert mesh.uv is not None
+    assert mesh.texture is not None
     left = np.flatnonzero(_normals(mesh)[:, 0] < -0.9)
     shares = np.random.default_rng(0).dirichlet((1, 1, 1), 40)
     places = np.einsum("ki,fij->fkj", shares, mesh.uv[mesh.faces[left]]).reshape(-1, 2).astype(int)

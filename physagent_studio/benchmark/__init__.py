@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from physagent_studio.benchmark.rows import Row
+from physagent_studio.benchmark.rows import Row, page
 from physagent_studio.errors import InputError
 from physagent_studio.reconstruction.switches import without
 
@@ -23,6 +23,8 @@ BENCHES = {
 }
 _ON_EVENTS = ("events", "view")
 """Two names of the bench that runs events of cases: it takes annotations, references, a choice."""
+_PLAIN = ("durability", "reconstruction", "motion-prior", "sweep")
+"""Benches whose page is the table of their rows."""
 
 
 def run_bench(
@@ -71,4 +73,9 @@ def run_bench(
         raise InputError("--without is for the bench reconstruction")
     module = importlib.import_module(BENCHES[name])
     with without(left_out):
-        return module.bench(cases=cases, out=out, **options)
+        if name not in _PLAIN:
+            return module.bench(cases=cases, out=out, **options)
+        rows = module.bench(cases=cases, **options)
+    if out is not None:
+        out.write_text(page(name, rows), encoding="utf-8")
+    return rows

@@ -33,7 +33,7 @@ DOSES = {False: 40, True: 2000}
 """Programs of a dose and of all of it."""
 
 
-def bench(*, cases: Path | None = None, out: Path | None = None, full: bool = False) -> list[Row]:
+def bench(*, cases: Path | None = None, full: bool = False) -> list[Row]:
     """All rows; a domino run with the ball at other speeds."""
     count = DOSES[full]
     program = load_program((assets_dir() / "programs/domino_program.yaml").read_text("utf-8"))

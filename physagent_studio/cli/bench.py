@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import Any
 
 from physagent_studio.benchmark import BENCHES, run_bench
-from physagent_studio.benchmark.rows import Row, at_least, at_most, shown
+from physagent_studio.benchmark.rows import Row, at_least, at_most, page, shown
 from physagent_studio.errors import InputError
 
 
@@ -13,7 +13,10 @@ def measured(name: str, **options: Any) -> list[Row]:
     if name == "list":
         return [shown(bench, f"physagent bench {bench}") for bench in (*BENCHES, *_OF_STUDIO)]
     if name in _OF_STUDIO:
-        return _studio(name, options["cases"], options["full"])
+        rows = _studio(name, options["cases"], options["full"])
+        if options["out"] is not None:
+            options["out"].write_text(page(name, rows), encoding="utf-8")
+        return rows
     if name not in BENCHES:
         known = ", ".join((*BENCHES, *_OF_STUDIO))
         raise InputError(f"there is no bench '{name}'; benches: {known}")

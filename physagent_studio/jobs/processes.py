@@ -226,6 +226,8 @@ class _Process:
                 if kind != "told":
                     return kind, found
                 tell(*found)
+                # A task that tells of its progress all the time leaves no time to wait in.
+                meanwhile()
         finally:
             held.clear()
 

@@ -191,8 +191,11 @@ def _look(
     gone = masks | {name: masks[name] | thread.area for name, thread in threads.items()}
     run.at("background", 0.82)
     inpaint = Inpainting(run.learned, run.cancelled)
-    aloft = [item.name for item in done.objects if in_air(item)]
-    plate = scene_plate(image, gone, sight.found, camera, done.supports, previous, aloft, inpaint)
+    plate = scene_plate(
+        image, gone, sight.found, camera, done.supports, previous,
+        [item.name for item in done.objects if in_air(item)], inpaint,
+        lambda: run.at("background", 0.85),
+    )  # fmt: skip
     run.at("checks", 0.97)
     fixed = _support_meshes(done)
     # Checked is what collides: what is drawn lies in its mask whatever the body is.

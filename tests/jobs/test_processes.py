@@ -89,6 +89,35 @@ def test_a_task_is_cancelled_at_once(pool: Processes) -> None:
     assert pool.submit(greedy, 3) == 3
 
 
+def talking() -> int:
+    """Tells of its progress all the time, for ten seconds."""
+    cancelled, tell = hearing()
+    for number in range(1000):
+        if cancelled():
+            raise Cancelled(str(number))
+        tell("talking", number / 1000)
+        time.sleep(0.01)
+    return 1000
+
+
+@pytest.mark.parametrize("keeping", [False, True])
+def test_a_task_that_tells_all_the_time_is_cancelled_too(keeping: bool) -> None:
+    pool, cancel = Processes(width=1, keeping=keeping), threading.Event()
+    told: list[float] = []
+
+    def hear(what: str, share: float) -> None:
+        told.append(share)
+        if len(told) == 5:
+            cancel.set()
+
+    try:
+        with pytest.raises(Cancelled):
+            pool.submit(talking, cancelled=cancel.is_set, tell=hear)
+    finally:
+        pool.close()
+    assert len(told) < 500
+
+
 def test_a_task_gives_back_nothing_that_could_be_called(pool: Processes) -> None:
     with pytest.raises(JobFailed, match="may not give back"):
         pool.submit(calling_back)

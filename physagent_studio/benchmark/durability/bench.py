@@ -49,7 +49,6 @@ contract:
 def bench(
     *,
     cases: Path | None = None,
-    out: Path | None = None,
     full: bool = False,
     dose: tuple[int, int, int, int, int, int] = (100, 18, 120, 12, 50, 10_000),
 ) -> list[Row]:

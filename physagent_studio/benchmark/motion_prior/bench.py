@@ -41,19 +41,12 @@ REPEATS = 5
 IDENTITY = (1.0, 0.0, 0.0, 0.0)
 
 
-def bench(*, cases: Path | None, out: Path | None) -> list[Row]:
+def bench(*, cases: Path | None) -> list[Row]:
     """Everything without a folder of cases; with one, its peers' configurations too."""
     rows = [*against_truth(), *occlusions(), *beside_opencv(), *exported(), *beside_mujoco()]
     rows += hostile()
     if cases is not None:
         rows += _peers(cases)
-    if out is not None:
-        lines = ["# Motion prior", "", "| figure | value | bound | |", "|---|---|---|---|"]
-        lines += [
-            f"| {row.name} | {row.value} {row.unit} | {row.bound} | {'✓' if row.ok else '✗'} |"
-            for row in rows
-        ]
-        out.write_text("\n".join(lines) + "\n", encoding="utf-8")
     return rows
 
 

@@ -42,7 +42,7 @@ LOOKALIKES = 8
 POLYGONS = Path(__file__).resolve().parents[3] / "tests" / "data" / "reference_polygons.json"
 
 
-def bench(cases: Path | None = None, out: Path | None = None) -> list[Row]:
+def bench(cases: Path | None = None) -> list[Row]:
     """All rows; the photographs are left out where `cases` or the reference outlines are absent."""
     rows = [*_synthetic(), *_lookalikes(), *_ramps(), *plate_rows()]
     rows += many_part_rows()
@@ -51,18 +51,7 @@ def bench(cases: Path | None = None, out: Path | None = None) -> list[Row]:
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     peak_mb = peak / (2**20 if sys.platform == "darwin" else 2**10)
     rows.append(at_most("peak memory of the process", peak_mb, 1024, "MB"))
-    if out is not None:
-        _write(out, rows)
     return rows
-
-
-def _write(out: Path, rows: Sequence[Row]) -> None:
-    lines = ["| figure | value | unit | bound | ok |", "|---|---|---|---|---|"]
-    for row in rows:
-        value = f"{row.value:.3g}" if isinstance(row.value, float) else str(row.value)
-        mark = "yes" if row.ok else "no"
-        lines.append(f"| {row.name} | {value} | {row.unit} | {row.bound} | {mark} |")
-    out.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
 # --- synthetic scenes --------------------------------------------------------------------------

@@ -56,6 +56,7 @@ def background(
     rooted: Sequence[BoolArray] = (),
     aloft: Sequence[BoolArray] = (),
     inpaint: Inpaint | None = None,
+    between: Callable[[], None] = lambda: None,
 ) -> Image:
     """The photo (H, W, 3) without the masked things and the shade close around their feet.
 
@@ -63,13 +64,15 @@ def background(
     photo's edges, to continue them. solid: supports whose edges go on, with a camera. rooted: those
     of the masks whose things stay where they are, with their shade and what is at their foot.
     aloft: those of the masks whose things are in the air: their shadows lie apart from them.
-    inpaint: fills what lies on no known plane; without a camera none is known.
+    inpaint: fills what lies on no known plane; without a camera none is known. between: called
+    between steps that take a while, to be cancelled by raising.
     """
     faces, lines = None, NO_LINES
     if camera is not None and at_work("faces"):
         faces = surfaces(photo, hole_of(masks, photo.shape[:2]), camera, solid)
     found = None if found is None else with_hues(photo, found)
     hole, shade = taken_out(photo, masks, faces, rooted, aloft)
+    between()
     if camera is not None and at_work("edges of supports"):
         lines = np.concatenate([lines, edges_of(photo, hole, camera, solid)])
     if found is not None and not hole.all():
@@ -78,7 +81,7 @@ def background(
         for part in (hole, things) if at_work("lines of masks") else (hole,):
             lines = np.concatenate([lines, lines_through(photo, part, found, hole)])
         lines = each_once(lines)
-    plate = fill(photo, hole, lines, camera, faces)
+    plate = fill(photo, hole, lines, camera, faces, between)
     if found is not None and at_work("edges seen"):
         things = np.any([*masks, np.zeros_like(hole)], axis=0)
         kept = seen_beside(photo, things, hole, found) & ~shade
@@ -164,12 +167,13 @@ def fill(
     lines: FloatArray = NO_LINES,
     camera: Camera | None = None,
     faces: NDArray[np.int64] | None = None,
+    between: Callable[[], None] = lambda: None,
 ) -> Image:
     """The photo (H, W, 3) with the hole (H, W) filled; the rest is untouched.
 
     Every piece of the hole is filled by itself, nothing is copied from any of them. lines:
-    (N, 2, 2) pixels, edges that go on behind the hole. camera: as for `background`. faces: (H, W)
-    as `surfaces` gives them: what a face shows comes from that face.
+    (N, 2, 2) pixels, edges that go on behind the hole. camera, between: as for `background`.
+    faces: (H, W) as `surfaces` gives them: what a face shows comes from that face.
     """
     if hole.all():
         return np.full_like(photo, 128)
@@ -177,6 +181,7 @@ def fill(
     pieces = _apart(hole)
     roots = [float(np.count_nonzero(piece)) ** 0.5 for piece in pieces]
     for missing, root in zip(pieces, roots, strict=True):
+        between()
         crop = _surroundings(missing)
         own = lines[_touching(missing, lines)] if len(lines) else lines
         origin = np.array([crop[1].start, crop[0].start])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 
 import numpy as np
 
@@ -27,11 +27,12 @@ def scene_plate(
     previous: Scene | None = None,
     aloft: Collection[str] = (),
     inpaint: Inpaint | None = None,
+    between: Callable[[], None] = lambda: None,
 ) -> Image:
     """The photo (H, W, 3) without the masked things; that of an earlier scene if it is the same.
 
     found: the photo's edges. camera, solid: what the scene's ground and supports were found to be.
-    aloft: names of things in the air. inpaint: see `background`.
+    aloft: names of things in the air. inpaint, between: see `background`.
     """
     if (
         previous is not None
@@ -50,6 +51,7 @@ def scene_plate(
         rooted=rooted,
         aloft=[mask for name, mask in masks.items() if name in aloft],
         inpaint=inpaint,
+        between=between,
     )
 
 

@@ -376,6 +376,7 @@ def bench(
     as_json: Json = False,
 ) -> None:
     """Measure: prints a table, exits 0 only when every bound holds."""
+    early.writable(out)
     from physagent_studio.cli.bench import measured
 
     rows = measured(

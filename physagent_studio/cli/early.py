@@ -119,3 +119,9 @@ def session_there(session_id: str, workspace: Path | None) -> None:
     from physagent_studio.session import Store
 
     Store(workspace).folder_of(session_id)
+
+
+def writable(out: Path | None) -> None:
+    """Raises `InputError` where a file could not be written: before the work, not after it."""
+    if out is not None and (out.is_dir() or not out.absolute().parent.is_dir()):
+        raise InputError(f"--out {out} is no file in a folder that exists")

@@ -114,6 +114,14 @@ def test_a_missing_target(tmp_path: Path, physagent: Physagent) -> None:
     one_sentence(physagent("render", "nosession", "--out", "x.mp4", home=tmp_path), "nosession")
 
 
+def test_a_bench_refuses_a_page_that_it_could_not_write(
+    tmp_path: Path, physagent: Physagent
+) -> None:
+    # Before the work, which may take an hour.
+    page = tmp_path / "nowhere" / "page.md"
+    one_sentence(physagent("bench", "physics", "--out", str(page), home=tmp_path), str(page))
+
+
 PROGRAM = """
 scene:
   objects:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physagent_studio.arrays import FloatImage
-from physagent_studio.reconstruction.background.ground_tones import Tones
+from physagent_studio.reconstruction.background.ground_tones import Tones, lit_ones, parts_of
 from physagent_studio.reconstruction.background.surfaces import under
 from physagent_studio.reconstruction.photo.regions import BoolArray, bounds, grow
 from physagent_studio.reconstruction.switches import at_work
@@ -131,10 +131,14 @@ def _around(
     if np.count_nonzero(far) < 30 or not near.any():
         return np.zeros_like(own)
     place = _Place(own, inside, near, ground & ~inside, low)
-    lit = Tones.of_lit(lab, far | (near & low), own) if at_work("deep shade") else None
-    if lit is not None and (deep := _deep(place, lit)).any():
-        return deep
-    tones = Tones.of(lab, far | (near & low), own)
+    floor = far | (near & low)
+    parts = parts_of(lab, floor)
+    lit = lit_ones(lab, parts) if at_work("deep shade") else parts
+    if len(lit) < len(parts):
+        deep = _deep(place, Tones.of(lab, floor, own, lit))
+        if deep.any():
+            return deep
+    tones = Tones.of(lab, floor, own, parts)
     # 1..5: of darkness, from one try to the next: painted patches may have shade
     deeper_ratios = (1.0, 1.7, 2.6)
     # 0.1..1: of a shade's rim that has the ground's colour, at least, in each try

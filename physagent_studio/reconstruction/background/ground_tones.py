@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Self
 
@@ -50,24 +51,11 @@ class Tones:
     glow: FloatImage
 
     @classmethod
-    def of(cls, lab: FloatImage, ground: BoolArray, own: BoolArray) -> Self:
-        """Read off the pixels `ground` (H, W) of a picture in L*a*b*; own: (H, W) the thing."""
-        return cls._by(lab, _parts(lab, ground), ground, own)
-
-    @classmethod
-    def of_lit(cls, lab: FloatImage, ground: BoolArray, own: BoolArray) -> Self | None:
-        """The same where a colour that is another one in less light is that one in shade.
-
-        None where there is no such colour.
-        """
-        parts = _parts(lab, ground)
-        lit = _lit_ones(lab, parts)
-        return None if len(lit) == len(parts) else cls._by(lab, lit, ground, own)
-
-    @classmethod
-    def _by(
-        cls, lab: FloatImage, parts: list[BoolArray], ground: BoolArray, own: BoolArray
+    def of(
+        cls, lab: FloatImage, ground: BoolArray, own: BoolArray, parts: Sequence[BoolArray]
     ) -> Self:
+        """Read off the pixels `ground` (H, W) of a picture in L*a*b*, which fall into `parts` by
+        colour; own: (H, W) the thing."""
         least = np.full(ground.shape, np.inf, np.float32)
         which = np.full(ground.shape, -1)
         darker, uneven, darkest, glow = (np.zeros(ground.shape, np.float32) for _ in range(4))
@@ -116,7 +104,7 @@ def _patterned(light: FloatImage, ground: BoolArray) -> float:
     return 1.5 * float(np.median(np.abs(light - mean)[ground]))
 
 
-def _parts(lab: FloatImage, ground: BoolArray) -> list[BoolArray]:
+def parts_of(lab: FloatImage, ground: BoolArray) -> list[BoolArray]:
     """The ground (H, W) apart by colour, the largest part first."""
     colours = lab[ground, 1:].astype(np.float64)
     centres = [np.median(colours, 0)]
@@ -147,7 +135,7 @@ def _parts(lab: FloatImage, ground: BoolArray) -> list[BoolArray]:
     return sorted(out, key=lambda part: -int(part.sum()))
 
 
-def _lit_ones(lab: FloatImage, parts: list[BoolArray]) -> list[BoolArray]:
+def lit_ones(lab: FloatImage, parts: Sequence[BoolArray]) -> list[BoolArray]:
     """The parts (H, W) without those that are what a larger one is in shade, by their colours."""
     kept: list[BoolArray] = []
     middles: list[FloatImage] = []

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from physagent_studio.reconstruction.masks import grabcut
 from physagent_studio.reconstruction.masks.choice import Scored, agreed
 from physagent_studio.reconstruction.masks.draft_score import Draft, likeness
-from physagent_studio.reconstruction.masks.ranking import Seen, ranked
+from physagent_studio.reconstruction.masks.ranking import Seen, gaps, ranked
 from physagent_studio.reconstruction.masks.task import Task, View
 from physagent_studio.reconstruction.photo.regions import (
     BoolArray,
@@ -121,16 +121,13 @@ def _framed(lab: NDArray[np.float32], drafts: Sequence[Draft], box: Box) -> list
     """What frames an upright rectangle, out to the edges nearest to the sides of its box: a
     picture and its frame, a screen and its rim are parted by a line as sharp as the outer one."""
     rows, columns = lab.shape[:2]
-    wide, high = box[2] - box[0], box[3] - box[1]
+    least, most = DRAFTS.frame_shares
     for draft in drafts:
         left, top, right, low = bounds(draft.mask)
         if np.count_nonzero(draft.mask) < DRAFTS.min_filled_share * (right - left) * (low - top):
             continue
-        gaps = ((left - box[0]) / wide, (top - box[1]) / high,
-                (box[2] - right) / wide, (box[3] - low) / high)  # fmt: skip
-        least, most = DRAFTS.frame_shares
-        short = sum(gap > least for gap in gaps)
-        if short < 2 or not all(-least < gap < most for gap in gaps):
+        short = gaps(draft.mask, box)
+        if sum(gap > least for gap in short) < 2 or not all(-least < gap < most for gap in short):
             continue
         inner = (left, top, right, low)
         sides = [side for k in range(4) if (side := _side(lab, inner, box, k)) is not None]

@@ -83,13 +83,17 @@ def ranked(
 def _short_of(mask: BoolArray, box: Box) -> float:
     """How far a mask ends before the sides of a box drawn around the thing, in shares of the box,
     summed over its sides; what a box may be drawn too wide by is none."""
+    return sum(max(gap - RANKING.loose_share, 0.0) for gap in gaps(mask, box))
+
+
+def gaps(mask: BoolArray, box: Box) -> tuple[float, float, float, float]:
+    """How far a mask ends before the left, right, upper and lower side of a box, as its shares."""
     left, top, right, low = bounds(mask)
     wide, high = max(box[2] - box[0], 1.0), max(box[3] - box[1], 1.0)
-    gaps = (
+    return (
         (left - box[0]) / wide, (box[2] - right) / wide,
         (top - box[1]) / high, (box[3] - low) / high,
     )  # fmt: skip
-    return sum(max(gap - RANKING.loose_share, 0.0) for gap in gaps)
 
 
 def denied(mask: BoolArray, task: Task) -> float:

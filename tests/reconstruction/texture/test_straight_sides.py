@@ -9,6 +9,7 @@ from physagent_studio.reconstruction.camera.rays import on_upright
 from physagent_studio.reconstruction.shapes.inflation import inflated_mesh, upright_extent
 from physagent_studio.reconstruction.shapes.silhouettes import in_world, silhouette
 from physagent_studio.reconstruction.texture.projection import textured
+from physagent_studio.records.scene import Mesh
 
 CAMERA = Camera.from_horizon((320, 240), 110, 1.0, focal=420.0)
 
@@ -24,19 +25,24 @@ def _normals(mesh) -> np.ndarray:
     return across / np.maximum(np.linalg.norm(across, axis=1, keepdims=True), 1e-12)
 
 
-def test_the_sides_have_the_rims_colour_and_the_far_side_the_fronts():
+def pictured(spot: tuple[slice, slice], deep_px: float) -> Mesh:
+    """A red block that is cut straight through, as a photo shows it with a blue spot on it."""
     mask = np.zeros((240, 320), bool)
     mask[90:150, 100:220] = True
     photo = np.full((240, 320, 3), (60, 160, 60), np.uint8)
     photo[mask] = (200, 30, 30)
-    photo[105:135, 130:190] = (30, 30, 200)
-    size = tuple(2.5 * part for part in upright_extent(mask, CAMERA, 50, straight=True))
+    photo[spot] = (30, 30, 200)
+    size = tuple(2.5 * part for part in upright_extent(mask, CAMERA, deep_px, straight=True))
     shape = Inflated(size=(size[0], size[1], size[2]), straight=True)
     body = inflated_mesh(mask, CAMERA, shape)
     middle = on_upright(CAMERA, [(160, 120)], 2.5)[0]
     x, y, z = middle - (body.vertices.min(0) + body.vertices.max(0)) / 2
     item = SceneObject(name="car", shape=shape, position=(float(x), float(y), float(z)))
-    mesh = textured(photo, mask, CAMERA, item, body)
+    return textured(photo, mask, CAMERA, item, body)
+
+
+def test_the_sides_have_the_rims_colour_and_the_far_side_the_fronts():
+    mesh = pictured(np.s_[105:135, 130:190], 50)
     normals = _normals(mesh)
     sides = np.abs(normals[:, 0]) > 0.9
     red = np.abs(_shown(mesh, sides) - (200, 30, 30)).max(1) < 40
@@ -48,18 +54,7 @@ def test_the_sides_have_the_rims_colour_and_the_far_side_the_fronts():
 
 
 def test_upright_sides_show_what_is_beside_them_and_no_stripes():
-    mask = np.zeros((240, 320), bool)
-    mask[90:150, 100:220] = True
-    photo = np.full((240, 320, 3), (60, 160, 60), np.uint8)
-    photo[mask] = (200, 30, 30)
-    photo[100:140, 110:118] = (30, 30, 200)
-    size = tuple(2.5 * part for part in upright_extent(mask, CAMERA, 80, straight=True))
-    shape = Inflated(size=(size[0], size[1], size[2]), straight=True)
-    body = inflated_mesh(mask, CAMERA, shape)
-    middle = on_upright(CAMERA, [(160, 120)], 2.5)[0]
-    x, y, z = middle - (body.vertices.min(0) + body.vertices.max(0)) / 2
-    item = SceneObject(name="car", shape=shape, position=(float(x), float(y), float(z)))
-    mesh = textured(photo, mask, CAMERA, item, body)
+    mesh = pictured(np.s_[100:140, 110:118], 80)
     assert mesh.uv is not None
     assert mesh.texture is not None
     left = np.flatnonzero(_normals(mesh)[:, 0] < -0.9)

@@ -23,9 +23,7 @@ class OntoSettings:
 
     clear_heights: float = 0.25  # own heights, 0.1..0.5: by which its foot clears the edge
     most_clear_m: float = 0.08  # m, 0.03..0.2: no more than that
-    arc_ratio: float = (
-        1.25  # ratio, 1.05..1.6: of each arc that is tried to the last, by their height
-    )
+    arc_ratio: float = 1.25  # ratio, 1.05..1.6: of each arc's height to that tried before it
     # ratio, 0.2..0.6: of its way, by which it comes down at least: flatter, it slides on over it
     steep_ratio: float = 0.35
     arc_tries: int = 8  # count, 4..12: of arcs, until one clears the edge

@@ -147,10 +147,15 @@ def test_a_link_opens_a_moment(waiting: Desk) -> None:
     page = waiting.page
     waiting.proposal()
     session = waiting.snapshot.session_id
-    page.goto(f"{waiting.studio.address}/#session={session}&round=r1&frame=12")
-    page.reload()
     clip = waiting.snapshot.program.clip
-    waiting.until(lambda: waiting.studio.view.frame(clip) == 12, "the frame of the link")
+    link = f"{waiting.studio.address}/#session={session}&round=r1&frame="
+    # In the page that is there, and in one that is loaded for it.
+    for frame, before in ((12, ""), (20, f"{waiting.studio.address}/wire.js")):
+        if before:
+            page.goto(before)
+        page.goto(f"{link}{frame}")
+        waiting.until(lambda at=frame: waiting.studio.view.frame(clip) == at, "the frame")
+        waiting.until(lambda: "#" not in page.url, "the address without what it has asked for")
 
 
 def test_two_points_of_the_photo_are_measured(waiting: Desk) -> None:

@@ -22,14 +22,14 @@ function byHand(address) {
   field.select();
 }
 
-// What the address asks for is gone to step by step, each once the one before is there.
+// What the address asks for is gone to step by step, each once the one before is there. It stays in
+// the address until then, so that a page that is loaded anew on the way there arrives all the same.
 export function startLinks() {
   let wanted = null;
   const read = () => {
     const parts = new URLSearchParams(location.hash.slice(1));
     if (!parts.get("session")) return;
     wanted = { session: parts.get("session"), round: parts.get("round"), frame: Number(parts.get("frame") || 0), asked: false };
-    history.replaceState(null, "", location.pathname);
     go();
   };
   function go() {
@@ -42,8 +42,9 @@ export function startLinks() {
     if (run.busy) return;
     const row = rounds.rounds.find((one) => one.id === wanted.round);
     if (row && !row.shown) return void (wanted.sent || send({ do: "round", id: row.head ? null : row.id }), wanted.sent = true);
-    scrub(wanted.frame);
+    if (!wanted.scrubbed) return void (wanted.scrubbed = true, scrub(wanted.frame));
     wanted = null;
+    history.replaceState(null, "", location.pathname);
   }
   for (const channel of ["run", "rounds", "playhead"]) on(channel, go);
   addEventListener("hashchange", read);

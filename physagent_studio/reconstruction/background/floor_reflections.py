@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from physagent_studio.arrays import FloatImage
+from physagent_studio.arrays import FloatArray, FloatImage
 from physagent_studio.reconstruction.photo.regions import BoolArray, bounds, grow
 from physagent_studio.records.case import Image
 
@@ -18,7 +18,7 @@ class MirrorSettings:
     """What is taken for a mirror image."""
 
     off_px: int = 3  # 1..8: inside and outside of the outline, where colours are compared
-    clear_lab: float = 1.6  # 1..8: L*a*b* between the two, at least
+    clear_lab: float = 1.1  # 1..8: L*a*b* between the two, at least
     one_way_share: float = 0.9  # 0.5..1: of its rows on which the two differ the same way
     better_factor: float = 2.2  # 1.2..5: over the same outline somewhere beside
     # -2..2: of the thing's width, where that is
@@ -35,8 +35,12 @@ def mirrored(photo: Image, masks: Sequence[BoolArray]) -> BoolArray:
     soft = cv2.GaussianBlur(photo, (0, 0), 1.2).astype(np.float32) / 255
     lab = np.asarray(cv2.cvtColor(soft, cv2.COLOR_RGB2LAB), np.float32)
     out = np.zeros(photo.shape[:2], bool)
-    covered = np.any(list(masks), axis=0) if len(masks) else out
-    images = [_of_one(lab, mask, grow(covered, 2)) for mask in masks if mask.any()]
+    masks = [mask for mask in masks if mask.any()]
+    covered = np.any(masks, axis=0) if masks else out
+    images = [
+        _of_one(lab, mask, grow(covered, 2), _mirrored_beside(masks, own))
+        for own, mask in enumerate(masks)
+    ]
     polished = any(
         image.contrast > MIRROR.clear_lab and image.contrast > MIRROR.better_factor * image.beside
         for image in images
@@ -63,20 +67,31 @@ class _Mirrored:
     beside: float
 
 
-def _of_one(lab: FloatImage, mask: BoolArray, covered: BoolArray) -> _Mirrored:
+def _mirrored_beside(masks: Sequence[BoolArray], own: int) -> BoolArray:
+    """(H, W) where the others' mirror images would be: they tell nothing of one's own."""
+    out = np.zeros_like(masks[own])
+    for number, mask in enumerate(masks):
+        if number != own:
+            out |= _upside_down(mask, bounds(mask)[3])
+    return grow(out, 2 * MIRROR.off_px)
+
+
+def _of_one(lab: FloatImage, mask: BoolArray, covered: BoolArray, others: BoolArray) -> _Mirrored:
     x0, y0, x1, y1 = bounds(mask)
     wide, high = (
         round((MIRROR.beside_ratios[-1] + 0.1) * (x1 - x0)),
         round((1.1 + MIRROR.step_ratios[-1]) * (y1 - y0)),
     )
     window = slice(y0, y1 + high + 3 * MIRROR.off_px), slice(max(0, x0 - wide), x1 + wide)
-    found = _in_window(lab[window], mask[window], covered[window])
+    found = _in_window(lab[window], mask[window], covered[window], others[window])
     where = np.zeros_like(mask)
     where[window] = found.where
     return _Mirrored(where, found.contrast, found.beside)
 
 
-def _in_window(lab: FloatImage, mask: BoolArray, covered: BoolArray) -> _Mirrored:
+def _in_window(
+    lab: FloatImage, mask: BoolArray, covered: BoolArray, others: BoolArray
+) -> _Mirrored:
     x0, y0, x1, y1 = bounds(mask)
     high = y1 - y0
     best = _Mirrored(np.zeros_like(mask), 0.0, 0.0)
@@ -93,7 +108,7 @@ def _in_window(lab: FloatImage, mask: BoolArray, covered: BoolArray) -> _Mirrore
         if own < MIRROR.clear_lab / 2:
             continue
         beside = max(
-            _contrast(lab, _shifted(image, round(share * (x1 - x0))), covered, low)
+            _contrast(lab, _shifted(image, round(share * (x1 - x0))), covered | others, low)
             for share in MIRROR.beside_ratios
         )
         if (
@@ -122,25 +137,37 @@ def _shifted(mask: BoolArray, by: int) -> BoolArray:
 def _contrast(
     lab: FloatImage, shape: BoolArray, covered: BoolArray, low: int, one_way: float = 0.0
 ) -> float:
-    """How much the two sides of an outline differ below a row.
+    """How much the two sides of an outline differ below a row, to its left and to its right alike.
 
     0 where they do not differ the same way on this share of its rows: an image ends all along it.
     """
     solid = shape.astype(np.uint8)
-    inner = solid - cv2.erode(solid, np.ones((2 * MIRROR.off_px + 1,) * 2, np.uint8))
-    outer = cv2.dilate(solid, np.ones((2 * MIRROR.off_px + 1,) * 2, np.uint8)) - solid
-    sides = []
-    for band in (inner, outer):
-        band = (band > 0) & ~covered
-        band[:low] = False
-        if np.count_nonzero(band) < 40:
-            return 0.0
-        sides.append(band)
-    rows = [np.nonzero(side.any(1))[0] for side in sides]
-    both = np.intersect1d(rows[0], rows[1])
-    steps = [lab[row][sides[0][row]].mean(0) - lab[row][sides[1][row]].mean(0) for row in both]
-    if len(steps) <= 8:
+    square = np.ones((2 * MIRROR.off_px + 1,) * 2, np.uint8)
+    inner, outer = solid - cv2.erode(solid, square), cv2.dilate(solid, square) - solid
+    bands = np.stack([inner > 0, outer > 0]) & ~covered
+    bands[:, :low] = False
+    columns = np.nonzero(shape.any(0))[0]
+    if not len(columns):
         return 0.0
-    usual = np.median(steps, axis=0)
-    alike = np.array(steps) @ usual > 0.25 * (usual @ usual)
-    return float(np.linalg.norm(usual)) if alike.mean() >= one_way else 0.0
+    middle = int(columns.mean()) + 1
+    steps = [
+        found
+        for part in (slice(None, middle), slice(middle, None))
+        if len(found := _steps(lab[:, part], bands[:, :, part])) > 4
+    ]
+    if sum(map(len, steps)) <= 8:
+        return 0.0
+    usual = np.median(np.concatenate(steps), axis=0)
+    size = float(np.linalg.norm(usual))
+    along = [step @ usual / max(size, 1e-6) for step in steps]
+    alike = np.concatenate(along) > 0.25 * size
+    return max(0.0, min(float(np.median(one)) for one in along)) if alike.mean() >= one_way else 0.0
+
+
+def _steps(lab: FloatImage, bands: BoolArray) -> FloatArray:
+    """(N, 3) by how much the inner of two bands (2, H, W) differs from the outer in each row."""
+    counts = bands.sum(2)
+    both = (counts > 0).all(0)
+    sums = [np.einsum("hwc,hw->hc", lab[both], band[both]) for band in bands]
+    inner, outer = (total / number[both, None] for total, number in zip(sums, counts, strict=True))
+    return np.asarray(inner - outer)

@@ -145,6 +145,24 @@ def test_what_polished_ground_mirrors_leaves_with_its_thing():
     assert np.abs(left[image]).mean() < 10
 
 
+def test_an_image_is_seen_on_both_sides_of_its_outline_and_a_stripe_is_not():
+    y, x = np.indices(SHAPE)
+    thing = ((np.abs(x - 160) / 26) ** 2 + (np.abs(y - 90) / 44) ** 2) < 1
+    image = ((np.abs(x - 160) / 26) ** 2 + (np.abs(y - 178) / 44) ** 2) < 1
+    soft = cv2.GaussianBlur(image.astype(float), (0, 0), 1.5)[..., None]
+    found = []
+    for seed in range(8):
+        # Boards that run away from the eye, each of its own brightness.
+        rng = np.random.default_rng(seed)
+        board = ((x - 160) / (y + 20) * 12 + 40).astype(int)
+        truth = _lit_wall() + rng.normal(0, 12, 200)[board][..., None] + _noise(1.5)
+        paint = rng.uniform(30, 220, 3)
+        polished = _rgb(np.where(thing[..., None], paint, truth + 0.2 * soft * (paint - truth)))
+        found.append(mirrored(polished, [thing])[image & (y < 215)].mean() > 0.95)
+        assert not mirrored(_rgb(np.where(thing[..., None], paint, truth)), [thing]).any()
+    assert sum(found) >= 6
+
+
 def test_bare_ground_is_filled_smoothly_and_as_grainy_as_it_is():
     part = (_lit_wall() + _noise(5)).astype(np.float32)
     hole = _ball()

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physagent_studio.arrays import BoolArray, FloatArray
+from physagent_studio.reconstruction.photo.regions import grow
 from physagent_studio.records.case import Image
 
 
@@ -28,6 +29,9 @@ class OnwardSettings:
     again_likeness: float = 0.6  # likeness, 0.2..1: of those behind to that
     parallel_rad: float = math.radians(4.0)  # 0.02..0.2: of two such
     clear_levels: float = 16.0  # 5..60: of three colours together, of its step
+    parts_levels: float = 40.0  # 20..120: of its step where only the colours beside say it goes on
+    parted_share: float = 0.85  # 0.6..1: of what is around the hole that is like its own side
+    around_px: int = 6  # 2..15: outside the hole, where that is looked at
 
 
 ONWARD = OnwardSettings()
@@ -68,6 +72,77 @@ def onward(
             or any(abs(float(ways[k] @ w)) > math.cos(ONWARD.parallel_rad) for w in sure)
         ]
     ).reshape(-1, 2, 2)
+
+
+def to_border(
+    photo: Image, ends: FloatArray, ways: FloatArray, long: FloatArray, hole: BoolArray
+) -> FloatArray:
+    """Lines (N, 2, 2), pixels, of edges that do not come out of a hole (H, W) cut by the picture.
+
+    Such an edge is not seen again, but parts what is around the hole: to its left all is like what
+    is left of it, to its right like what is right of it. ends, ways, long: as for `onward`.
+    """
+    soft = cv2.GaussianBlur(photo, (0, 0), 1.0).astype(np.float32)
+    rows, columns = np.nonzero(grow(hole, ONWARD.around_px) & ~grow(hole, 1))
+    out = []
+    for end, way, length in zip(ends, ways, long, strict=True):
+        border = _leaves(hole, end, way)
+        if border is None or any(_same_line(line, end, way) for line in out):
+            continue
+        sides = _beside(soft, hole, end, way, float(np.clip(0.5 * length, *ONWARD.followed_px)))
+        if sides is None or np.linalg.norm(sides[0] - sides[1]) < ONWARD.parts_levels:
+            continue
+        off = np.stack([columns, rows], 1) - end
+        ahead, left = off @ way > 0, off @ np.array([-way[1], way[0]]) > 0
+        apart = np.linalg.norm(soft[rows, columns][:, None] - sides, axis=2)
+        like_left = apart[:, 0] < apart[:, 1]
+        shares = [
+            float((like_left == side)[ahead & (left == side)].mean())
+            for side in (True, False)
+            if np.count_nonzero(ahead & (left == side)) > 4 * ONWARD.around_px
+        ]
+        if len(shares) == 2 and min(shares) >= ONWARD.parted_share:
+            out.append(np.array([end, border]))
+    return np.array(out).reshape(-1, 2, 2)
+
+
+def _same_line(line: FloatArray, end: FloatArray, way: FloatArray) -> bool:
+    """Whether a ray goes along a line (2, 2): edges are found in pieces."""
+    off = line[0] - end
+    along = (line[1] - line[0]) / max(float(np.linalg.norm(line[1] - line[0])), 1e-9)
+    near_px = 3.0  # 1..10: aside
+    return abs(float(off[0] * way[1] - off[1] * way[0])) < near_px and float(along @ way) > 0.99
+
+
+def _beside(
+    soft: NDArray[np.float32], hole: BoolArray, end: FloatArray, way: FloatArray, length: float
+) -> FloatArray | None:
+    """(2, 3) colours left and right of an edge before it is hidden; None where little is seen."""
+    back = end - np.arange(1.0, length)[:, None] * way
+    normal = np.array([-way[1], way[0]])
+    off_px = (3.0, 6.0, 10.0)  # 1..15: beside it, where its sides are looked at
+    sides = []
+    for sign in (1, -1):
+        spots = (back[:, None] + sign * np.array(off_px)[:, None] * normal).reshape(-1, 2)
+        x, y = spots.astype(int).T
+        seen = (x >= 0) & (y >= 0) & (x < hole.shape[1]) & (y < hole.shape[0])
+        seen[seen] = ~hole[y[seen], x[seen]]
+        if seen.mean() < 0.5:
+            return None
+        sides.append(np.median(soft[y[seen], x[seen]], axis=0))
+    return np.array(sides)
+
+
+def _leaves(hole: BoolArray, end: FloatArray, way: FloatArray) -> FloatArray | None:
+    """Where (2,) a ray leaves the picture inside the hole; None where it comes out before."""
+    along = end + np.arange(2.0, 2 * max(hole.shape))[:, None] * way
+    inside = (along >= 0).all(1) & (along < (hole.shape[1], hole.shape[0])).all(1)
+    count = len(along) if inside.all() else int(np.argmin(inside))
+    if count < ONWARD.followed_px[0]:
+        return None
+    x, y = along[:count].astype(int).T
+    covered = hole[y, x]
+    return along[count - 1] if covered[-3:].all() and covered.mean() > 0.8 else None
 
 
 def _comes_out(hole: BoolArray, end: FloatArray, way: FloatArray) -> FloatArray | None:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from physagent_studio.arrays import FloatArray
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import Ramp, Slab, Support
-from physagent_studio.reconstruction.background.edges_onward import onward
+from physagent_studio.reconstruction.background.edges_onward import onward, to_border
 from physagent_studio.reconstruction.photo.line_segments import Segments
 from physagent_studio.reconstruction.photo.regions import BoolArray, grow
 from physagent_studio.reconstruction.shapes.meshes import ramp_corners
@@ -71,6 +71,8 @@ def lines_through(
     straight = np.zeros((0, 2, 2))
     if at_work("edges onward"):
         straight = onward(photo, ends[rest], ways[rest], lengths[rest], hole)
+        cut = to_border(photo, ends[rest], ways[rest], lengths[rest], hole)
+        straight = np.concatenate([straight, cut])
     lines = np.concatenate([np.array(out).reshape(-1, 2, 2), straight])
     return (
         lines

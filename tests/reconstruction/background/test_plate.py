@@ -74,6 +74,21 @@ def sorted_by_x(line: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return line[order, 0], line[order, 1]
 
 
+def test_an_edge_whose_other_end_is_hidden_goes_on_to_the_border_where_it_parts_two_colours():
+    y, x = np.indices(SHAPE)
+    red, white = np.array([200.0, 20, 30]), np.array([225.0, 225, 222])
+    truth = np.where((x > 150 + y / 10)[..., None], red, white) + _noise(1.5)
+    mask = (np.abs(x - 165) < 45) & (y > 80)
+    photo = _rgb(np.where(mask[..., None], 20, truth))
+    plate = background(photo, [mask], found=segments(photo)).astype(float)
+    assert np.abs(cv2.GaussianBlur(plate - truth, (0, 0), 2))[mask].mean() < 8
+    # Red only in a corner above: what is below the thing's middle is white on both sides.
+    corner = np.where(((x > 150 + y / 10) & (y < 120))[..., None], red, white) + _noise(1.5)
+    photo = _rgb(np.where(mask[..., None], 20, corner))
+    plate = background(photo, [mask], found=segments(photo)).astype(float)
+    assert np.abs(plate - white)[200:, 200:208].mean() < 12
+
+
 def test_edges_of_a_table_are_taken_where_a_person_marked_it_or_where_they_are_seen():
     camera = Camera.from_horizon((SHAPE[1], SHAPE[0]), -40, 1.4, focal=300.0)
     slab = Slab(position=(0.0, 2.0, 0.68), size=(1.0, 0.6, 0.04))

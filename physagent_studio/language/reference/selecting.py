@@ -19,7 +19,7 @@ def filtered(
     stock: where the thing that acts is, from which a row is counted ("the first two pins").
     """
     kept = found
-    for adjective in adjectives:
+    for adjective in (v.NEARER.get(said, said) for said in adjectives):
         word = v.POSITIONS.get(adjective, adjective)
         named = tuple(t for t in kept if word in t.words or adjective in t.words)
         if named and not (number and number > len(named)):

@@ -105,8 +105,11 @@ class Chunker(NounPhrases):
         if previous in ("below", "above", "underneath", "beneath") and is_number(self.word(i - 2)):
             # "The two below stay".
             return False
+        if previous == "behind" and (self._after_noun(i - 1) or self.word(i - 2) == "one"):
+            # "The one behind falls".
+            return False
         behind = self.word(i - 2) == "the" and self.word(i - 3) in ("in", "on", "at")
-        behind |= (self.word(i - 2), previous) == ("on", "top")
+        behind |= (self.word(i - 2), previous) in (("on", "top"), ("in", "front"))
         closed = behind or previous in v.OTHERS or previous in v.NUMBERS or previous in v.DIRECTIONS
         adjective = is_adjective(previous) and previous not in self.nouns and not closed
         if previous in ("both", "all", "each") and word not in v.FORCE_NOUNS:

@@ -89,6 +89,8 @@ class NounPhrases:
             # "The one on top".
             return ["top", *words], j + 2
         named = bool(nouns) or words in (["one"], ["ones"])
+        if named and (deep := self._in_depth(i, j)):
+            return [deep[0], *words], deep[1]
         if not named or self.word(j) not in ("in", "on", "at") or self.word(j + 1) != "the":
             return words, j
         if self.word(j + 2) in ("left", "right") and self.word(i - 1) in _GOING_BY:
@@ -100,6 +102,20 @@ class NounPhrases:
         if where not in v.POSITIONS or told or self.word(after) == "of":
             return words, j
         return [where, *words], after
+
+    def _in_depth(self, i: int, j: int) -> tuple[str, int] | None:
+        """ "The box in front", "the one behind": which way in depth, and what comes after.
+
+        "Left behind" tells what stays, and "behind the box" where something goes.
+        """
+        if (self.word(j), self.word(j + 1)) == ("in", "front"):
+            word, after = "front", j + 2
+        elif self.word(j) == "behind" and self.word(i - 1) not in _LEAVING:
+            word, after = "back", j + 1
+        else:
+            return None
+        closed = self.word(after) == "of" or self.word(after) in v.DETERMINERS
+        return None if closed or self._reaches_noun(after) else (word, after)
 
     def _nominal_words(
         self, j: int, determined: bool
@@ -163,13 +179,13 @@ class NounPhrases:
             return self._verbal_role(j, word, started, has_noun)
         if word in v.FILLERS or word in v.MANNERS or word in v.DIRECTIONS:
             if not has_noun and started and self.nominal(j + 1):
-                return "skip" if word in v.FILLERS else "adjective"
+                return "skip" if word in v.FILLERS - v.NEARER.keys() else "adjective"
             return "end"
         if word.endswith("ly") and len(word) > 4:
             return "skip" if started and not has_noun else "end"
         if word in v.POSTURES and not self.nominal(j + 1):
             return "end"
-        return "noun"
+        return "adjective" if word in v.NEARER and started and self.nominal(j + 1) else "noun"
 
     def _adjective_role(self, j: int, word: str, started: bool, has_noun: bool) -> str:
         if not has_noun:
@@ -205,6 +221,7 @@ class NounPhrases:
 
 
 _GOING_BY = ("past", "beyond", "by", "around")
+_LEAVING = ("leave", "leaves", "left", "leaving")
 
 
 def is_adjective(word: str) -> bool:

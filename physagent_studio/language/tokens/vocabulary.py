@@ -126,6 +126,8 @@ POSITIONS: dict[str, str] = {
     "farthest": "back", "furthest": "back", "near": "front", "outer": "outer",
     "outermost": "outer", "inner": "inner", "innermost": "inner",
 }  # fmt: skip
+NEARER = {"nearer": "front", "closer": "front", "farther": "back", "further": "back"}
+"""Which of two things is meant, before its noun; elsewhere they tell how far something goes."""
 SIDES: dict[str, Way] = {
     "left": "left", "lefthand": "left", "right": "right", "righthand": "right", "far": "away",
     "back": "away", "rear": "away", "near": "toward_camera", "front": "toward_camera",

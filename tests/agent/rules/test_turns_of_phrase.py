@@ -30,6 +30,25 @@ def one(prompt: str) -> EventFrame:
 
 
 @pytest.mark.parametrize(
+    ("prompt", "subjects"),
+    [
+        ("The box in front falls over.", ["front_box"]),
+        ("The box behind tips over and the one in front stays.", ["back_box", "front_box"]),
+        ("The closer box falls over.", ["front_box"]),
+        ("The box in front is pushed until it hits the box behind.", ["front_box", "back_box"]),
+        ("The car rolls into the one behind.", ["car"]),
+        ("The car stops behind the front box.", ["car"]),
+        ("The car leaves the front box behind.", ["front_box"]),
+    ],
+)
+def test_which_of_two_is_meant_by_how_far_away_it_is(prompt: str, subjects: list[str]) -> None:
+    things = [(name, Grounding()) for name in ("front_box", "back_box", "car")]
+    told = read(prompt, inventory(things, [("table", Grounding())]))
+    assert [frame.patient for frame in told.frames] == [(name,) for name in subjects]
+    assert not told.not_understood
+
+
+@pytest.mark.parametrize(
     ("prompt", "sense", "manner"),
     [
         ("The car creeps forward.", "move", {"slow"}),

@@ -5,7 +5,7 @@ name that knowledge has for a surface, on which another marked thing is seen to 
 the sentence has something roll, and which the sentence itself leaves where it is, is one.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from physagent_studio.knowledge import is_solid, kind_of, support_kind
@@ -21,6 +21,8 @@ Box = tuple[float, float, float, float]
 _STILL = frozenset(("be", "rest", "stay", "hit", "touch", "lean"))
 """Senses that leave what they are about in its place, where it is what others stand on."""
 _ON = ("down", "up", "along", "on", "off", "from", "over", "atop", "at")
+_LEFT = ("off", "from", "along")
+"""What is told to go off something, or along it, stands on it to begin with."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,7 +118,13 @@ def _support(
     }
     slopes = support_kind(name) == "ramp"
     tilts = kind is not None and kind.surface == "flat" and bool(told & {"down", "up"})
-    feet = list(_feet_on(name, marks, rows if not (slopes or tilts) else 0).values())
+    on = {
+        one
+        for frame in reading.frames
+        if any(place.name == name and relation in _LEFT for relation, place in frame.places)
+        for one in frame.patient
+    }
+    feet = list(_feet_on(name, marks, rows if not (slopes or tilts) else 0, on).values())
     if not feet and not told.intersection(_ON):
         return None
     grounding = _clicked(marks[name], feet, slopes or tilts)
@@ -148,11 +156,12 @@ def _topped(name: str, marks: Mapping[str, Grounding], reading: Reading) -> Supp
 
 
 def _feet_on(
-    name: str, marks: Mapping[str, Grounding], rows: int
+    name: str, marks: Mapping[str, Grounding], rows: int, on: Collection[str] = ()
 ) -> dict[str, tuple[float, float]]:
     """By their names, pixels just below the boxes of what is seen to stand within its own box.
 
-    rows: of the picture, where below the upper part of the box there are legs; else 0.
+    rows: of the picture, where below the upper part of the box there are legs; else 0. on: what
+    the sentence has stand there, in whatever part of the box.
     """
     box, found = marks[name].box, {}
     if box is None:
@@ -170,7 +179,8 @@ def _feet_on(
             for third, one in marks.items()
             if third not in (name, other) and one.box is not None
         )
-        if box[0] <= x <= box[2] and box[1] <= y <= lowest and not hidden:
+        low = box[3] if other in on else lowest
+        if box[0] <= x <= box[2] and box[1] <= y <= low and not hidden:
             found[other] = (x, y)
     return found
 

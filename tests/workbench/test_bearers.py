@@ -67,6 +67,13 @@ def test_what_stands_in_front_of_a_table_does_not_make_it_a_support():
     assert _names(with_supports(_case("The bottle tips over.", **boxes)))[1] == []
 
 
+def test_what_is_told_to_fall_off_a_table_stands_on_it_in_any_part_of_its_box():
+    boxes = {"desk": (0, 0, 800, 300), "mug": (500, 200, 550, 250)}
+    assert _names(with_supports(_case("The mug tips over.", **boxes)))[1] == []
+    case = with_supports(_case("The mug slides to the right and falls off the desk.", **boxes))
+    assert case.supports[0].grounding.points == (Click(x=525, y=252.5),)
+
+
 @pytest.mark.parametrize(("width", "bears"), [(30, True), (120, False)])
 def test_a_block_is_the_ground_of_what_is_decidedly_narrower(width, bears):
     boxes = {"cube": (100, 60, 100 + width, 100), "big_block": (20, 70, 232, 186)}

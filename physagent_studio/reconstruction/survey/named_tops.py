@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from physagent_studio.arrays import FloatArray
+from physagent_studio.arrays import BoolArray, FloatArray
 from physagent_studio.knowledge import (
     is_rails,
     is_solid,
@@ -68,14 +68,30 @@ def with_tops(case: Case, state: SceneState, look: Look) -> tuple[Look, dict[str
     for support in clicked:
         own = [stance for name, stance in look.stances.items() if first.on[name] == support.name]
         top = _top(look, unit, edges, own)
-        masks = look.offers[support.name]
-        if (
-            top is not None
-            and max(iou(mask & ~look.covered, top.region) for mask in masks) > min_overlap
-        ):
+        masks = [mask & ~look.covered for mask in look.offers[support.name]]
+        if top is None:
+            continue
+        said = support.grounding
+        chosen = said.settled or said.candidate > 0
+        if said.box is not None and not chosen and not _fills(masks[0], said.box):
+            found[support.name] = _within(top, said.box)
+        elif max(iou(mask, top.region) for mask in masks) > min_overlap:
             found[support.name] = top
     tops = {name: top.region for name, top in found.items()}
     return replace(look, regions={**look.regions, **tops}), found
+
+
+def _fills(mask: BoolArray, box: tuple[float, float, float, float]) -> bool:
+    """Whether a mask is more than a speck of the box that a person has drawn around its thing."""
+    least_share = 0.05  # share, 0.01..0.3: of the box: a shade or a board of the top is less
+    return float(mask.sum()) > least_share * (box[2] - box[0]) * (box[3] - box[1])
+
+
+def _within(top: Top, box: tuple[float, float, float, float]) -> Top:
+    """The top as far as a box (left, top, right, bottom, pixels) goes."""
+    rows, columns = np.indices(top.region.shape)
+    inside = (columns >= box[0]) & (columns < box[2]) & (rows >= box[1]) & (rows < box[3])
+    return replace(top, region=top.region & inside)
 
 
 def _clicked(state: SceneState, look: Look) -> list[Support]:

@@ -18,7 +18,7 @@ from physagent_studio.program.scene.state import (
 )
 from physagent_studio.reconstruction import reconstruct
 from physagent_studio.reconstruction.photo.line_segments import segments
-from physagent_studio.reconstruction.photo.regions import iou
+from physagent_studio.reconstruction.photo.regions import bounds, iou
 from physagent_studio.reconstruction.supports import stances as layout
 from physagent_studio.reconstruction.supports.tabletops import top_around
 from physagent_studio.reconstruction.survey.named_tops import with_tops
@@ -88,12 +88,8 @@ def test_without_ground_around_its_feet_nothing_is_said():
     assert top_around(picture, segments(picture), [stance], np.zeros((1, 2)), everything) is None
 
 
-@pytest.mark.parametrize(("share", "taken"), [(0.65, True), (0.2, False)])
-def test_a_click_gets_the_whole_top_where_its_mask_is_most_of_it(share: float, taken: bool):
-    picture, table, box = _drawn(CORNER)
-    part = table & (np.arange(SIZE[0]) > SIZE[0] * (1 - share))
-    stance = layout.read({"box": box})["box"]
-    mark = Grounding(points=(Click(x=450, y=280),))
+def _seen(picture, box, part, mark):
+    """What is made of a click on a table whose mask is a part of it."""
     state = SceneState(
         camera=CAMERA,
         objects=(SceneObject(name="box", support="table"),),
@@ -101,17 +97,34 @@ def test_a_click_gets_the_whole_top_where_its_mask_is_most_of_it(share: float, t
     )
     look = Look(
         image=picture,
-        stances={"box": stance},
+        stances={"box": layout.read({"box": box})["box"]},
         masks={"box": box},
         regions={"table": part},
         found=segments(picture),
         covered=box,
         offers={"table": [part]},
     )
-    case = Case("x", picture, "x", (), (), (), "The box falls.")
-    seen, tops = with_tops(case, state, look)
+    return with_tops(Case("x", picture, "x", (), (), (), "The box falls."), state, look)
+
+
+@pytest.mark.parametrize(("share", "taken"), [(0.65, True), (0.2, False)])
+def test_a_click_gets_the_whole_top_where_its_mask_is_most_of_it(share: float, taken: bool):
+    picture, table, box = _drawn(CORNER)
+    part = table & (np.arange(SIZE[0]) > SIZE[0] * (1 - share))
+    seen, tops = _seen(picture, box, part, Grounding(points=(Click(x=450, y=280),)))
     assert ("table" in tops) == taken
     assert iou(seen.regions["table"], table if taken else part) > 0.97
+
+
+def test_a_speck_of_a_boxed_table_gives_way_to_the_top_in_its_box():
+    picture, table, box = _drawn(CORNER)
+    speck = table & (np.hypot(*(np.indices(table.shape) - [[[180]], [[250]]])) < 8)
+    x0, y0, x1, y1 = bounds(table)
+    mark = Grounding(points=(Click(x=250, y=180),), box=(x0, y0, x1 - 40, y1))
+    seen, tops = _seen(picture, box, speck, mark)
+    inside = table & (np.arange(SIZE[0]) < x1 - 40)
+    assert "table" in tops
+    assert iou(seen.regions["table"], inside) > 0.97
 
 
 @pytest.fixture(scope="module")

@@ -15,6 +15,7 @@ from scipy.interpolate import CubicSpline
 
 from physagent_studio.arrays import FloatArray
 from physagent_studio.reconstruction.camera import right_angles
+from physagent_studio.reconstruction.camera.outlines import Outline
 from physagent_studio.reconstruction.photo.line_segments import Segments
 from physagent_studio.reconstruction.switches import at_work
 
@@ -25,6 +26,7 @@ class PriorSettings:
 
     pitch_rad: float = math.radians(9.0)  # 0..0.5: people look down a little
     pitch_spread_rad: float = math.radians(8.0)  # 0.05..0.5: a hand's tilt, about that
+    above_share: float = 0.15  # 0.02..0.4: of pictures that are taken from above, however steeply
     # 0.5..1.5: what lies (tools, cutlery, keys) is looked at from above, at 35 to 90 degrees
     lying_pitch_rad: float = math.radians(58.0)
     lying_spread_rad: float = math.radians(20.0)  # 0.1..0.6: about that
@@ -35,6 +37,9 @@ class PriorSettings:
     focal_spread_log: float = 0.4  # 0.1..1: of focal lengths about the normal one
     shortest_focal_log: float = -0.8  # -2..0: of the shortest one tried, over the normal one
     longest_focal_log: float = 1.1  # 0..2: of the longest
+    # 0.2..0.8: off the best tilt, beyond which what is as likely is another answer, no spread
+    spread_within_rad: float = 0.37
+    widest_px: float = 1e5  # 1e4..1e5: a spread that is said: from right above there is no end
     circle_spread_rad: float = math.radians(2.0)  # 0.01..0.1: of the slope that a circle tells
     right_angle_weight: float = 0.5  # weight, 0..1: edges side by side are not independent
 
@@ -90,24 +95,26 @@ def estimate(
     discs: Sequence[Disc] = (),
     focal: float | None = None,
     angles: Sequence[right_angles.Edges] | None = None,
+    outlines: Sequence[Outline] = (),
 ) -> Horizon:
     """The horizon and focal length of a picture.
 
     size: (width, height). found: its straight edges. standing: things on level planes. limits:
     rows of further points that certainly lie on a level plane, hence below the horizon. discs:
     circles on level planes. focal: pixels, where it is known. angles: the edges of each
-    right-angled thing; without them all of `found` are taken to belong to one.
+    right-angled thing; without them all of `found` are taken to belong to one. outlines: of things
+    whose form is known.
     """
     rows = size[1]
     if angles is None:
         angles = right_angles.edges_by_thing(found, size, ())
-    grid = np.arange(-5.0 * rows, 1.1 * rows, 2.0)
+    # Of horizons far above, as of views from right above, the next one is a share farther off.
+    far = rows / 2 - 5.5 * rows * np.exp(np.arange(1.5, 0.0, -0.02))
+    grid = np.concatenate([far, np.arange(-5.0 * rows, 1.1 * rows, 2.0)])
     shared = _below(grid, [item.foot for item in standing], rows, 0.02)
     shared += _below(grid, limits, rows, 0.0)
     if at_work("known sizes"):
         shared += _sizes(grid, standing)
-    if at_work("eye level"):
-        shared += _eye_level(grid, standing)
     usual = usual_focal(size)
     lying = bool(standing) and all(item.lies for item in standing)
     factors = _factors(focal, usual, finely=len(angles) > 0)
@@ -116,6 +123,8 @@ def estimate(
             shared
             + _posture(grid, rows, usual * factor, lying)
             + _roundness(grid, rows, usual * factor, discs)
+            + _forms(grid, rows, usual * factor, outlines)
+            + (_eye_level(grid, rows, usual * factor, standing) if at_work("eye level") else 0.0)
             - (0.5 * (math.log(factor) / PRIOR.focal_spread_log) ** 2 if focal is None else 0.0)
             for factor in factors
         ]
@@ -124,11 +133,18 @@ def estimate(
         votes += _right_angles(grid, rows, usual * factors, angles)
     best = np.unravel_index(int(votes.argmax()), votes.shape)
     row = float(grid[best[1]])
-    weight = np.exp(votes - votes.max())
-    near = np.abs(grid - row) < 0.75 * rows
-    weight = weight[:, near]
-    spread = (weight * (grid[near] - row) ** 2).sum() / weight.sum()
-    return Horizon(row, max(math.sqrt(float(spread)), 1.0), usual * float(factors[best[0]]))
+    length = usual * float(factors[best[0]])
+    spread = _spread(votes, np.arctan2(rows / 2 - grid, length), int(best[1]))
+    slope = length / math.cos(math.atan2(rows / 2 - row, length)) ** 2
+    return Horizon(row, min(max(spread * slope, 1.0), PRIOR.widest_px), length)
+
+
+def _spread(votes: FloatArray, tilt: FloatArray, best: int) -> float:
+    """Standard deviation, rad, of the tilts (R,) about the best one, by their votes (F, R)."""
+    off = tilt - tilt[best]
+    weight = np.exp(votes - votes.max()).sum(0) * np.abs(np.gradient(tilt))
+    weight *= np.abs(off) < PRIOR.spread_within_rad
+    return math.sqrt(float((weight * off**2).sum() / weight.sum()))
 
 
 def _factors(focal: float | None, usual: float, *, finely: bool) -> FloatArray:
@@ -155,13 +171,19 @@ def _right_angles(
 
 
 def _posture(grid: FloatArray, rows: int, focal: float, lying: bool) -> FloatArray:
-    """Log prior of the pitch, with a heavy tail for views from above; of pictures of nothing but
-    what lies, of theirs."""
+    """Log prior of the pitch, of which a share is views from anywhere above; of pictures of nothing
+    but what lies, of theirs."""
     pitch = np.arctan2(rows / 2 - grid, focal)
     if lying:
         return -0.5 * ((pitch - PRIOR.lying_pitch_rad) / PRIOR.lying_spread_rad) ** 2
     off = (pitch - PRIOR.pitch_rad) / PRIOR.pitch_spread_rad
-    return np.where(off > 0, -np.log1p(off**2 / 3) * 2, -0.5 * off**2)
+    usual = (1 - PRIOR.above_share) / (PRIOR.pitch_spread_rad * math.sqrt(2 * math.pi))
+    above = PRIOR.above_share / (math.pi / 2)
+    return np.where(
+        off > 0,
+        np.log(above + usual * np.exp(-0.5 * off**2)),
+        math.log(above + usual) - 0.5 * off**2,
+    )
 
 
 def _roundness(grid: FloatArray, rows: int, focal: float, discs: Sequence[Disc]) -> FloatArray:
@@ -174,6 +196,12 @@ def _roundness(grid: FloatArray, rows: int, focal: float, discs: Sequence[Disc])
         off = (seen - slope) / PRIOR.circle_spread_rad
         votes -= 2 * np.log1p(0.25 * off**2)
     return votes
+
+
+def _forms(grid: FloatArray, rows: int, focal: float, outlines: Sequence[Outline]) -> FloatArray:
+    """Outlines are those of things of their kinds, seen from so far above."""
+    pitch = np.arctan2(rows / 2 - grid, focal)
+    return sum((outline.at(pitch, focal) for outline in outlines), np.zeros_like(grid))
 
 
 def _below(grid: FloatArray, feet: Sequence[float], rows: int, margin: float) -> FloatArray:
@@ -202,13 +230,17 @@ def _sizes(grid: FloatArray, standing: Sequence[Standing]) -> FloatArray:
     return votes
 
 
-def _eye_level(grid: FloatArray, standing: Sequence[Standing]) -> FloatArray:
+def _eye_level(
+    grid: FloatArray, rows: int, focal: float, standing: Sequence[Standing]
+) -> FloatArray:
     """People hold cameras somewhere between a hand's breadth and their eyes above a plane."""
     votes = np.zeros_like(grid)
+    pitch = np.arctan2(rows / 2 - grid, focal)
     for plane in {item.plane for item in standing}:
         best = min((item for item in standing if item.plane == plane), key=lambda s: s.spread)
         below = np.maximum(best.foot - grid, 1.0)
-        height = np.log(below * best.metres / best.extent)
+        # Depths are taken along the view, which looks down.
+        height = np.log(below * np.cos(pitch) * best.metres / best.extent)
         sigma = math.hypot(PRIOR.eye_level_spread_log, best.spread)
         votes -= 0.5 * ((height - math.log(PRIOR.eye_level_m)) / sigma) ** 2
     return votes

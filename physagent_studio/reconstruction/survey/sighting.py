@@ -15,6 +15,7 @@ from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import SceneState
 from physagent_studio.reconstruction.camera import estimate as camera_cues
 from physagent_studio.reconstruction.camera import right_angles
+from physagent_studio.reconstruction.camera.outlines import Outline, outline_of
 from physagent_studio.reconstruction.camera.roll import Levelled, roll_of
 from physagent_studio.reconstruction.camera.scale import FLOOR
 from physagent_studio.reconstruction.photo.ellipses import level_circles
@@ -26,6 +27,7 @@ from physagent_studio.reconstruction.supports.stances import TOLD_NOTHING, Stanc
 from physagent_studio.reconstruction.survey.frames import find_frame
 from physagent_studio.reconstruction.survey.landmarks import Shown
 from physagent_studio.reconstruction.survey.painted_lines import painted_lines
+from physagent_studio.reconstruction.switches import at_work
 from physagent_studio.records.case import Case, Image
 
 
@@ -87,6 +89,7 @@ class Sighting:
             circles,
             case.focal,
             [level.edges(edges) for edges in self._right_angles(state)],
+            self._outlines(state, focal, level.roll) if at_work("outlines") else (),
         )
         return level.tilted(found)
 
@@ -118,6 +121,24 @@ class Sighting:
                 camera_cues.Standing(frame.foot, frame.height, goal_m, goal_spread_log, FLOOR)
             )
         return out
+
+    def _outlines(self, state: SceneState, focal: float, roll: float) -> list[Outline]:
+        """The outlines of things of known forms that stand upright and are seen whole."""
+        out = []
+        for name, stance in self.look.stances.items():
+            loose = self._is_ramp(state, self.root[name]) or self._in_air(stance) or stance.leans
+            if loose or self._is_hidden(stance):
+                continue
+            found = outline_of(self.look.masks[name], self.usual[name], focal, roll)
+            out += [found] if found is not None else []
+        return out
+
+    def _is_hidden(self, stance: Stance) -> bool:
+        """Whether another thing adjoins that it does not stand on, and may hide a part of it."""
+        mask = self.look.masks[stance.name].astype(np.uint8)
+        near = cv2.dilate(mask, np.ones((5, 5), np.uint8)).astype(bool)
+        others = (name for name in self.look.masks if name not in (stance.name, stance.on))
+        return any((near & self.look.masks[name]).any() for name in others)
 
     def _right_angles(self, state: SceneState) -> list[right_angles.Edges]:
         """The edges of what is upright and right-angled, and of all that is no thing at all."""

@@ -74,8 +74,8 @@ def test_boxes_that_are_turned_give_pitch_and_focal_length(pitch, focal):
     assert len(angles) == len(BOXES)
     horizon = cues.estimate(SIZE, found, [], angles=angles)
     seen = math.degrees(math.atan2(SIZE[1] / 2 - horizon.row, horizon.focal))
-    assert seen == pytest.approx(pitch, abs=2.0)
-    assert horizon.focal == pytest.approx(focal, rel=0.1)
+    assert seen == pytest.approx(pitch, abs=2.5)
+    assert horizon.focal == pytest.approx(focal, rel=0.12)
     assert abs(horizon.row - camera.horizon) < 2 * horizon.sigma
 
 

@@ -7,14 +7,15 @@ from typing import Any
 
 import pytest
 
-from physagent_studio.program import Clip
+from physagent_studio.agent.rules.schedule import actions as act
+from physagent_studio.program import Clip, Directed
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.text.document import load_program
 from physagent_studio.program.timing import PACE, clip_at
 from physagent_studio.records import Check
 from physagent_studio.session import Store
 from physagent_studio.simulation import simulate
-from physagent_studio.studio.panels.timeline import Pacings, choice_of, pace_of, state_of
+from physagent_studio.studio.panels.timeline import Pacings, choice_of, label_of, pace_of, state_of
 from physagent_studio.workbench import Snapshot, Workbench, commands
 
 PROGRAM = """
@@ -103,6 +104,18 @@ def test_labels_say_what_the_number_is(shown: Snapshot) -> None:
     assert bars["shove"]["label"] == "Push to 2 m/s"
     assert bars["hop"]["label"] == "Set velocity 1 m/s"
     assert bars["never"]["label"] == "Twist 0.1 N·m"
+
+
+@pytest.mark.parametrize(
+    ("force", "label"),
+    [
+        (act.against(0.168), "Slow down 0.168 m/s²"),
+        (act.toward_or_along(0.0, way="left"), "Slow down to 0 m/s"),
+        (act.toward_or_along(0.3, way="left"), "Push to 0.3 m/s"),
+    ],
+)
+def test_a_brake_is_named_as_one(force: Directed, label: str) -> None:
+    assert label_of(act.push("cube", force)) == label
 
 
 def test_what_leaves_the_picture_and_what_moves_is_on_the_timeline() -> None:

@@ -19,7 +19,14 @@ from physagent_studio.program.actions import (
 )
 from physagent_studio.program.timing import PACE, SAME, length_in_words, pace_in_words
 from physagent_studio.records import ActionSpan, Check, Rollout
-from physagent_studio.studio.panels.words import DIRECTED_UNITS, OPERATORS, number, plain, unit_of
+from physagent_studio.studio.panels.words import (
+    DIRECTED_UNITS,
+    OPERATORS,
+    SLOWING,
+    number,
+    plain,
+    unit_of,
+)
 from physagent_studio.studio.scene.places import colours_of
 from physagent_studio.workbench import Snapshot
 
@@ -194,6 +201,8 @@ def label_of(action: Action) -> str:
             return f"{words} {number(float(np.linalg.norm(value)))} {unit_of(field)}"
         unit = DIRECTED_UNITS.get(value.quantity, unit_of(field))
         goal = "to " if value.quantity == "target_speed" else ""
+        if value.along == "against_velocity" or (goal and value.magnitude == 0):
+            words = SLOWING
         return f"{words} {goal}{number(float(value.magnitude))} {unit}"
     for field in ("magnitude", "amplitude"):
         value = getattr(action, field, None)

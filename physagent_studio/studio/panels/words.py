@@ -74,6 +74,9 @@ OPERATORS = {
     "FixObject": "Hold",
 }
 
+SLOWING = "Slow down"
+"""A push against the way a thing goes, or to a standstill."""
+
 OF_MATERIAL = frozenset({"friction", "rolling", "restitution", "density"})
 """Fields that the material answers for where they are empty."""
 MASK = ".grounding.candidate"

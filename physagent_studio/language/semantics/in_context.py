@@ -9,6 +9,7 @@ from physagent_studio.language.frames import EventFrame, Place, Relation
 
 def in_their_light(frames: list[EventFrame]) -> None:
     """Puts frames right, in place, that mean something else beside one another than alone."""
+    _almost_off(frames)
     _as_it_came(frames)
     _aim_at_what_gives_way(frames)
     _but_not(frames)
@@ -18,6 +19,29 @@ def in_their_light(frames: list[EventFrame]) -> None:
     _behind_what_went(frames)
     _where_it_struck(frames)
     _springs_back(frames)
+
+
+_OFF = ("fall", "slip", "slide", "roll", "move", "leave", "drop")
+_SHOVED = ("slide", "roll", "move", "push", "pull", "drift")
+
+
+def _almost_off(frames: list[EventFrame]) -> None:
+    """ "Is pulled to the left and almost falls off the table": to its edge, where it stops."""
+    for index in range(len(frames) - 1, -1, -1):
+        frame = frames[index]
+        off = frame.place("off", "from")
+        nearly = frame.negated and "nearly" in frame.manner and frame.sense in _OFF
+        if not nearly or off is None or off.kind != "support" or off.part not in ("", "edge"):
+            continue
+        edge: tuple[tuple[Relation, Place], ...] = (("toward", replace(off, part="edge")),)
+        stop = EventFrame("stop", frame.clause, frame.patient)
+        kept = replace(frame, sense="fall", negated=False, link="before")
+        led = frames[index - 1] if index else None
+        if led is None or led.patient != frame.patient or led.sense not in _SHOVED or led.places:
+            led = EventFrame("slide", frame.clause, frame.patient, places=edge, link=frame.link)
+            frames[index : index + 1] = [led, stop, kept]
+        else:
+            frames[index - 1 : index + 1] = [replace(led, places=edge), stop, kept]
 
 
 def _as_it_came(frames: list[EventFrame]) -> None:

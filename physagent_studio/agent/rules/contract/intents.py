@@ -110,7 +110,9 @@ def intents_of(reading: Reading) -> dict[str, Intent]:
         if prevented(reading, index):
             for name in frame.patient if not frame.negated and not frame.agent else ():
                 # "Stops before it reaches the pins": it goes towards them all the same.
-                rows = tuple(("before", place) for relation, place in frame.places)
+                # What it would fall off is no place to stop before.
+                ahead = (place for relation, place in frame.places if relation not in _BEHIND)
+                rows = tuple(("before", place) for place in ahead)
                 intent(name).frames.append(replace(frame, sense="stop", places=rows))
             continue
         if frame.negated:
@@ -167,6 +169,7 @@ def meant(frame: EventFrame) -> tuple[str, ...]:
     return frame.patient[: frame.least] if frame.counted else frame.patient
 
 
+_BEHIND = ("off", "from")
 STOPPING = words_of("stop settle stay rest slow")
 
 

@@ -53,8 +53,8 @@ def schedule(reading: Reading, layout: Layout, clip: Clip) -> tuple[Action, ...]
 
 
 def stays_on_slope(reading: Reading, layout: Layout) -> list[str]:
-    """What is round, lies on a slope as the picture shows it, and is told to do nothing: it does
-    not roll down while something else happens."""
+    """What is round or on wheels, is on a slope as the picture shows it, and is told to do
+    nothing: it does not roll down while something else happens."""
     told = {
         name
         for frame in reading.frames
@@ -65,9 +65,14 @@ def stays_on_slope(reading: Reading, layout: Layout) -> list[str]:
     return [
         name
         for name in objects
-        if name not in told and layout.has(name) and layout.rolls(name)
-        and layout.ramp_below(name) is not None
+        if name not in told and layout.has(name) and layout.ramp_below(name) is not None
+        and (layout.rolls(name) or _on_wheels(layout, name))
     ]  # fmt: skip
+
+
+def _on_wheels(layout: Layout, name: str) -> bool:
+    item = layout.state.object(name)
+    return item is not None and item.wheels is not None
 
 
 def steps_to_wait(intent: Intent, reading: Reading, clip: Clip) -> int:

@@ -129,12 +129,16 @@ def down_ramp(task: Task) -> list[Action]:
     if downhill is None:
         return []
     stops = task.intent.has("stop", "settle", "slow") or task.ends_short
+    below = stops and _stops_at_the_foot(task)
+    stops = stops and not below
     speed = starting_speed(task) if stops else max(0.15, 0.5 * task.layout.size(task.name))
     speed = speed if stops else max(speed, _over_plateau(task))
     flat = unit(level(downhill))
     slope = -math.degrees(math.asin(float(np.clip(-downhill[2], 0, 1))))
     way = act.toward_or_along(speed, vector=flat, elevation=slope)
     found: list[Action] = [act.push(task.name, way, duration=10, label="start")]
+    if below:
+        found.append(_braked_below(task))
     if task.intent.has("drift"):
         found.append(_drift(task))
     if task.intent.has("topple", "lose_balance"):
@@ -142,6 +146,23 @@ def down_ramp(task: Task) -> list[Action]:
     if task.intent.has("turn_around", "reverse"):
         found += turn_back(task)
     return found
+
+
+def _stops_at_the_foot(task: Task) -> bool:
+    """Whether it is a ball, which no friction stops on the slope, and is told no other place."""
+    places = [p for f in task.intent.frames if f.sense in ("stop", "settle") for _, p in f.places]
+    rolls = task.layout.rolls(task.name) and task.wheels is None
+    return rolls and not task.ends_short and all(p.part == "lower_end" for p in places)
+
+
+def _braked_below(task: Task) -> Action:
+    """What stops it once it is down, within its own size."""
+    _, way = ways_ahead(task)
+    rolled_share = 5 / 7  # of what a sliding thing would have, in a ball's way down
+    fallen = rolled_share * mech.G * math.sin(slope_of(task)) * way
+    force = act.against(max(fallen / task.layout.size(task.name), 0.2))
+    when = act.on_contact(task.name, task.layout.ground())
+    return act.push(task.name, force, start=0, when=when, duration=task.clip.steps, label="brake")
 
 
 def _over_plateau(task: Task) -> float:

@@ -18,7 +18,7 @@ def stop(c: Context) -> list[Spec]:
 
     What goes on afterwards is not at rest at the end, and that it was for a moment is not told.
     """
-    if any(_goes_on(f) for f in c.later):
+    if any(_goes_on(f) for f in c.later if not _kept_from(f)):
         return []
     return [*_stopped(c), *_not_over_the_edge(c)]
 
@@ -26,12 +26,25 @@ def stop(c: Context) -> list[Spec]:
 def _not_over_the_edge(c: Context) -> list[Spec]:
     """ "Slides to the edge and stops": still on what it stood on."""
     carrier = c.layout.carrier(c.subject)
-    named = (p for f in (*c.earlier, c.frame) for r, p in f.places if r not in _BEFORE)
+    named = [p for f in (*c.earlier, c.frame) for r, p in f.places if r not in _BEFORE]
     at_edge = any(p.part in EDGES and p.name == c.layout.base(c.subject) for p in named)
-    gone = any(f.sense in ("fall", "leave") for f in (*c.earlier, *c.later))
+    gone = any(f.sense in _GONE for f in (*c.earlier, *c.later) if not _kept_from(f))
     if carrier is None or not at_edge or gone or not c.layout.is_raised(c.subject):
         return []
-    return [spec("rests_on", c.subject, other=carrier)]
+    found = [spec("rests_on", c.subject, other=carrier)]
+    if any(_kept_from(f) for f in c.later):
+        # "Stops just before it falls off", "nearly falls off": with its side at the edge.
+        edge = next(place_name(p) for p in named if p.part in EDGES)
+        found.append(spec("stops", c.subject, near=edge, distance=c.length(1.1, 0.03, 0.6)))
+    return found
+
+
+_GONE = ("fall", "leave")
+
+
+def _kept_from(frame: EventFrame) -> bool:
+    """ "Stops before it falls off": that does not come about."""
+    return frame.link == "before" and frame.sense in _GONE
 
 
 _BEFORE = ("before", "in_front")
@@ -74,9 +87,11 @@ def _stopped(c: Context) -> list[Spec]:
         # "Near the lower end" is in the lower half.
         near = round(min(near, near_end_share * _slope_length(ramp)), 4)
     found = [spec("stops", c.subject, near=name, distance=near)]
-    if place is not None and ramp is not None and ramp.name == place.name:
-        found.append(spec("reaches", c.subject, other=place.name))
-    return found
+    if place is None or ramp is None or ramp.name != place.name:
+        return found
+    # A ball at the foot of a slope lies before it.
+    below = rolls(c) and place.part == "lower_end"
+    return found if below else [*found, spec("reaches", c.subject, other=place.name)]
 
 
 def _off_the_slope(c: Context, place: Place) -> list[Spec]:
@@ -167,6 +182,9 @@ def be(c: Context) -> list[Spec]:
     """How things are: at the beginning, or, after they moved, at the end."""
     if c.earlier and c.frame.link != "which" and _has_acted(c):
         return _ends(c)
+    if c.frame.direction == "up" and c.frame.posture == "upright":
+        # "The bottle stands up", which lay: no statement says which of its ends is up.
+        return []
     found: list[Spec] = []
     for relation, place in c.frame.places:
         if place.kind == "group" or place.name == c.subject:

@@ -219,6 +219,8 @@ def _goal(task: Task) -> _Goal:
     here = layout.position(task.name)
     under = here[2] - layout.height(task.name) / 2
     put_down = task.intent.has("set_down", "descend", "fall", "land")
+    # "The bowl turns upside down": it stands so in the end; what is picked up for it is held.
+    put_down |= task.intent.senses == {"turn"}
     nowhere = np.zeros(3)
     for frame in reversed(task.intent.frames):
         for relation, place in frame.places:

@@ -116,11 +116,17 @@ def _is_carried(task: Task, target: Place | None) -> bool:
     and what walks up to a thing, and not into it."""
     plain = not task.intent.hits and task.speed is None and (target is None) is (task.far is None)
     plain &= target is None or (target.kind == "object" and is_living(task.name))
+    plain |= _to_an_edge(task, target) and not task.intent.hits and task.speed is None
     hows = ("offscreen", "fast", "hard", "rhythmic", "slow", "gentle")
     told = target is None and task.intent.manner(*hows)
     further = any(f.sense not in _GOING for f in task.intent.frames)
     on_level = task.layout.ramp_below(task.name) is None
     return plain and on_level and not told and not further and _is_shoved(task, target)
+
+
+def _to_an_edge(task: Task, target: Place | None) -> bool:
+    """Whether it shall stop at an edge, over which it would slide on."""
+    return target is not None and target.part in EDGES and task.intent.has("stop", "settle")
 
 
 def _carried(task: Task, target: Place | None, foot: Position | None) -> list[Action]:
@@ -162,7 +168,7 @@ def _distance(task: Task, target: Place | None) -> float:
             distance -= task.layout.extent(task.name, ahead)
             if task.layout.has(task.intent.hits[0]):
                 distance -= task.layout.extent(task.intent.hits[0], -ahead)
-        elif target.part in EDGES and task.intent.has("stop", "settle"):
+        elif _to_an_edge(task, target):
             # Its front, and not its middle, is at the edge then.
             distance -= task.layout.extent(task.name, ahead)
         return max(distance, 0.3 * task.layout.size(task.name))

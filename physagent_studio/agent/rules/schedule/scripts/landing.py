@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from physagent_studio.agent.rules.scene import mechanics as mech
-from physagent_studio.agent.rules.scene.measures import UP, WAYS, level, unit
+from physagent_studio.agent.rules.scene.measures import UP, WAYS, FloatArray, level, unit
 from physagent_studio.agent.rules.schedule import actions as act
-from physagent_studio.agent.rules.schedule.scripts.task import Task
+from physagent_studio.agent.rules.schedule.scripts.task import TASK, Task
 from physagent_studio.agent.rules.schedule.scripts.turns import tip
-from physagent_studio.program.actions import Action, Direction, FixObject
+from physagent_studio.program.actions import Action, Directed, Direction, FixObject
 from physagent_studio.program.scene.stairs import profile_of
 
 
@@ -27,6 +27,7 @@ class LandingSettings:
     # .4..1: of the speed that an edge takes to that angle: what still rocks adds its own
     pushing_ratio: float = 0.6
     wobbling_share: float = 0.5  # 0.3..0.7: of the clip, after which what wobbles falls over
+    shove_share: float = 0.6  # 0.4..0.8: of the clip, for which a hand pushes up a slope
     settling_ratio: float = 1.5  # 1..3: of the time up and down, until the next push
 
 
@@ -114,10 +115,46 @@ def up_ramp(task: Task) -> list[Action]:
         energy = mech.G * (left + friction * (flat + left / max(math.tan(slope), 0.05)))
         energy += mech.G * task.layout.size(task.name)
         speed = math.sqrt(2 * energy)
+    elif task.wheels is not None or not task.layout.rolls(task.name):
+        # Its front is at the slope before its middle is.
+        there = max(approach - task.layout.extent(task.name, uphill), 0.0)
+        return _shoved_up(task, uphill, slope, (there, climb / math.sin(slope)))
     on_it = task.layout.downhill(task.name) is not None
     elevation = math.degrees(slope) if on_it else 0.0
     force = act.toward_or_along(speed, vector=unit(uphill), elevation=elevation)
     return [act.push(task.name, force, label="push")]
+
+
+def _shoved_up(
+    task: Task, uphill: FloatArray, slope: float, ways: tuple[float, float]
+) -> list[Action]:
+    """A hand goes along with what slides: to the slope, up it, and stays there.
+
+    ways: m, on the ground before the slope, and on the slope.
+    """
+    approach, climb = ways
+    seconds = task.seconds(LANDING.shove_share)
+    speed = min((2 * approach + 2 * climb) / seconds, TASK.max_speed_mps)
+
+    def along(magnitude: float, elevation: float) -> Directed:
+        return act.toward_or_along(magnitude, vector=unit(uphill), elevation=elevation)
+
+    step, steep = task.clip.step_seconds, math.degrees(slope)
+    there = max(round(2 * approach / speed / step), act.STEPS.push_steps)
+    up = max(round(climb / speed / step), act.STEPS.push_steps)
+    first = act.push(task.name, along(speed, 0.0 if approach else steep), duration=there)
+    climbing = act.push(
+        task.name, along(speed, steep), start=0, duration=up, when=act.after(first), label="climb"
+    )
+    slowing = act.push(
+        task.name, along(0.0, steep), start=0, duration=act.STEPS.push_steps,
+        when=act.after(climbing), label="slow",
+    )  # fmt: skip
+    stays = FixObject(
+        id=f"hold_{task.name}"[:64], name=task.name, start_step=0, duration=task.clip.steps,
+        when=act.after(slowing),
+    )  # fmt: skip
+    return [first, climbing, slowing, stays]
 
 
 def rock(task: Task) -> list[Action]:

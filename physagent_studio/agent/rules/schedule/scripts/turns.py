@@ -31,6 +31,8 @@ class TurnSettings:
     # cosine, 0.5..0.95: of its way and the side to which it tips over: its axis lies across
     max_along_cosine: float = math.cos(math.radians(50.0))
     pause_share: float = 0.03  # 0..0.1: of the clip, for which it stands there
+    # 0..1: of its first rate, in equal times one after the other, where its spin dies away
+    slower_shares: tuple[float, ...] = (1.0, 0.75, 0.5, 0.25)
 
 
 TURNS = TurnSettings()
@@ -104,7 +106,25 @@ def spin_about(task: Task) -> list[Action]:
     steps = int(task.seconds(0.5) / task.clip.step_seconds)
     clockwise = any("clockwise" in f.manner for f in task.intent.frames)
     sign = -1.0 if task.way() == "right" or clockwise else 1.0
+    if task.intent.has("stop", "settle", "slow"):
+        return _spun_out(task, UP * sign, rate, steps)
     return [act.spin(task.name, UP * sign, rate, duration=steps)]
+
+
+def _spun_out(task: Task, axis: FloatArray, rate: float, steps: int) -> list[Action]:
+    """As far as with that rate, slower and slower, to a stand."""
+    shares = TURNS.slower_shares
+    part, start = steps // len(shares), act.STEPS.first_step
+    found: list[Action] = []
+    for number, share in enumerate((*shares, 0.0)):
+        turning = rate * share * len(shares) / sum(shares)
+        label = "stop" if not share else f"spin_{number}" if number else "spin"
+        duration = part if share else act.STEPS.hang_steps
+        found.append(
+            act.spin(task.name, axis, turning, start=start, duration=duration, label=label)
+        )
+        start += duration
+    return found
 
 
 def there_and_back(task: Task) -> list[Action]:

@@ -13,10 +13,12 @@ def in_their_light(frames: list[EventFrame]) -> None:
     _as_it_came(frames)
     _aim_at_what_gives_way(frames)
     _but_not(frames)
+    _struck_the_one(frames)
     _passed_on(frames)
     _backwards_at_first(frames)
     _back_once_turned(frames)
     _behind_what_went(frames)
+    _until_it_lies(frames)
     _where_it_struck(frames)
     _springs_back(frames)
 
@@ -85,6 +87,14 @@ def _behind_what_went(frames: list[EventFrame]) -> None:
 
 
 AT_REST = ("stop", "settle", "stay", "rest")
+
+
+def _until_it_lies(frames: list[EventFrame]) -> None:
+    """ "Is pushed until it lies next to the bucket": it stops there."""
+    for index, frame in enumerate(frames):
+        near = frame.place("near")
+        if frame.sense == "rest" and frame.link == "until" and near is not None:
+            frames[index] = replace(frame, sense="stop")
 
 
 def _where_it_struck(frames: list[EventFrame]) -> None:
@@ -191,3 +201,12 @@ def _but_not(frames: list[EventFrame]) -> None:
         if denied and fewer and not (frame.any_one or frame.counted or after.sequel):
             kept = tuple(name for name in frame.patient if name not in after.patient)
             frames[index] = replace(frame, patient=kept)
+
+
+def _struck_the_one(frames: list[EventFrame]) -> None:
+    """ "The ball hits the tower, and only the top block falls": that is the one that it hits."""
+    for index, (frame, after) in enumerate(pairwise(frames)):
+        fewer = after.only and set(after.patient) < set(frame.patient)
+        falls = after.sense in _OVER and not (after.agent or after.negated or after.counted)
+        if frame.sense == "hit" and frame.agent and not frame.negated and fewer and falls:
+            frames[index] = replace(frame, patient=after.patient, as_one=False)

@@ -50,13 +50,17 @@ class Meanings(Roles):
             sense, kind = "rest", "state"
         if reverses_to(clause):
             return "move", "move", clause.objects
+        if sense in ("topple", "lean") and "rhythmically" in clause.adverbs:
+            # "Tips back and forth": it rocks, and does not fall over.
+            return "sway", "move", clause.objects
         into = any(p in ("into", "against") and self.is_object(np) for p, np in clause.places)
         if verb.verb in ("smash", "burst", "plunge") and into and not clause.objects:
             # "Smashes into the pot" is no breaking of its own.
             return "hit", "act", clause.objects
         if verb.verb == "take" and clause.objects and any(p == "with" for p, _ in clause.places):
-            # "Takes the plate with it".
-            return "push", "act", clause.objects
+            # "Takes the plate with it"; what falls over and does so brings it down.
+            fell = bool(self.frames) and self.frames[-1].sense in ("topple", "collapse")
+            return "knock_over" if fell else "push", "act", clause.objects
         for phrase in (np for prep, np in clause.places if prep == "to"):
             if phrase.head in _STANDSTILL and kind == "move":
                 # "Skids to a halt".

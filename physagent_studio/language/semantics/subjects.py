@@ -103,6 +103,9 @@ class Subjects:
         before = self.frames[-1] if self.frames else None
         if before is None or clause.verb is None or not before.patient:
             return None
+        if clause.joint == "until" and before.agent and before.sense in ("push", "pull"):
+            # "Pushes the ball until it lies by the box": what is pushed.
+            return Resolved(before.patient)
         aim = before.place("at", "toward", "against")
         entry = v.VERBS.get(clause.verb.verb)
         thrown = before.sense in ("throw", "kick", "push") and not before.agent

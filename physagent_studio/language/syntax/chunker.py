@@ -109,6 +109,8 @@ class Chunker(NounPhrases):
             # "The one behind falls".
             return False
         behind = self.word(i - 2) == "the" and self.word(i - 3) in ("in", "on", "at")
+        # "On the left falls …", and not "on the second swing it …".
+        behind &= previous not in v.ORDINALS
         behind |= (self.word(i - 2), previous) in (("on", "top"), ("in", "front"))
         closed = behind or previous in v.OTHERS or previous in v.NUMBERS or previous in v.DIRECTIONS
         adjective = is_adjective(previous) and previous not in self.nouns and not closed

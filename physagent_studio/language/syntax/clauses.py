@@ -247,10 +247,23 @@ def _apposition(chunks: Sequence[Chunk], verb: int, end: int) -> int:
             continue
         told = any(chunk.np is not None for chunk in chunks[verb + 1 : index])
         after = chunks[index + 1]
+        if _is_ranked(chunks[index + 1 : end]):
+            # "Both roll to the box, the red one first": no object, wherever they roll.
+            return index + 1
         denied = after.kind == "adv" and after.word == "not" and index + 2 < end
         if (denied and chunks[index + 2].kind == "np") or (after.kind == "np" and not told):
             return index + 1
     return end
+
+
+_RANKS = ("first", "last")
+
+
+def _is_ranked(chunks: Sequence[Chunk]) -> bool:
+    """Whether they begin with "the cup first", "the red one last" or "first the cup"."""
+    phrase = next((chunk.np for chunk in chunks[:2] if chunk.np is not None), None)
+    alone = phrase is not None and phrase.head in _RANKS and "one" in phrase.adjectives
+    return alone or (phrase is not None and any(c.word in _RANKS for c in chunks[:2]))
 
 
 def _spared(chunks: Sequence[Chunk], verb: int, end: int) -> int:

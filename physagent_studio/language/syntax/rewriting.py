@@ -10,7 +10,8 @@ from physagent_studio.language.tokens import vocabulary as v
 from physagent_studio.language.tokens.tokens import Token, singular, verb_base
 
 UNREAD = re.compile(
-    r"\b(?:by neither|nothing happens|first and|but not both|the only one|on the left and right"
+    r"\b(?:by neither|nothing happens|first and(?! then\b| the (?:others?|rest)\b)|but not both"
+    r"|the only one|on the left and right"
     r"|(?:nearest|closest) (?:to )?(?:the|it)|nor (?:does|do|did|is|are)|too \w+ to"
     r"|(?:one|ones|two|three) (?:below|above))\b|^only (?:after|when|once|then)\b"
 )

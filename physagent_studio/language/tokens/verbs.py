@@ -49,7 +49,7 @@ VERBS: dict[str, Verb] = {
             "amble stroll sprint roam prowl hobble prance toddle",
             "drift": "drift",
             "fly": "fly soar sail swoop",
-            "jump": "jump hop leap vault pounce",
+            "jump": "jump hop leap vault pounce spring",
             "rise": "rise raise elevate ascend climb lift levitate hoist pick",
             "topple": "topple tip overturn capsize keel flop slump",
             "lean": "lean tilt",
@@ -152,8 +152,8 @@ IRREGULAR: dict[str, str] = {
     "sat": "sit", "dove": "dive", "froze": "freeze", "frozen": "freeze", "slung": "sling",
     "cut": "cut", "split": "split", "shot": "shoot", "rode": "ride", "overturned": "overturn",
     "hit": "hit", "set": "set", "let": "let", "burst": "burst", "flung": "fling",
-    "sprang": "jump", "put": "put", "held": "hold", "lowers": "sink", "lowered": "sink",
-    "lowering": "sink", "swept": "sweep", "drew": "draw", "drawn": "draw",
+    "sprang": "spring", "sprung": "spring", "put": "put", "held": "hold", "lowers": "sink",
+    "lowered": "sink", "lowering": "sink", "swept": "sweep", "drew": "draw", "drawn": "draw",
 }  # fmt: skip
 """Irregular forms; those that are past participles as well as regular `-ed` read as passive."""
 

@@ -174,6 +174,8 @@ class _Draft:
             return
         told = {*frame.patient}
         for one in self.reading.frames:
+            # What strikes it may come down itself: only what is struck is spoken of.
+            told |= set(one.agent)
             alike = one.sense == frame.sense or {one.sense, frame.sense} <= _COMING_DOWN
             told |= set(one.patient) if alike and not one.negated and one is not frame else set()
         told |= {row["subject"] for row in self.told.rows if row["kind"] == "stays"}

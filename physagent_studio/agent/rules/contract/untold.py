@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+from physagent_studio.agent.rules.contract.impossible import too_high
 from physagent_studio.agent.rules.scene.measures import Layout, place_name
 from physagent_studio.language import EDGES, EventFrame, Place, Reading
 from physagent_studio.language.tokens.vocabulary import SHARES
@@ -42,6 +43,10 @@ def untold(
     found: dict[str, str] = {}
     for frame in reading.frames:
         for relation, place in frame.places:
+            high = (too_high(layout, frame, name, relation, place) for name in frame.patient)
+            if why := "" if frame.negated else next(filter(None, high), ""):
+                found.setdefault(f"{why}, in “{said[frame.clause]}”", f"cannot_{len(found) + 1}")
+                continue
             # A landmark may belong to another thing ("the stone at the target").
             clauses = tested if place.kind == "landmark" else {frame.clause}
             names = (place.name, place_name(place), *place.members)

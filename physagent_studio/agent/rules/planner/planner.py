@@ -84,6 +84,9 @@ class RulePlanner:
             return what_is_asked(situation, search)
         if (shaped := repair_likeness(situation)) is not None:
             return shaped
+        if not situation.program.contract.statements and not situation.program.event.actions:
+            # Nothing that the sentence says is known to be brought about.
+            return _stuck(situation, search)
         if {m.code for m in situation.assessment.diagnosis} == {"unlike_the_photo"}:
             # No schedule mends how a thing is drawn: a person chooses another mask or shape.
             return _stuck(situation, search)

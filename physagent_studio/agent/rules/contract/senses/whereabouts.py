@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
+from physagent_studio.agent.rules.contract.impossible import too_high
 from physagent_studio.agent.rules.contract.senses.remaining import is_container, is_last
 from physagent_studio.agent.rules.contract.specs import (
     SPEC,
@@ -83,6 +84,8 @@ def _past(c: Context, place: Place) -> list[Spec]:
 
 def _over(c: Context, place: Place) -> list[Spec]:
     """Across a line or a thing; what flies over an opening does not go through it."""
+    if too_high(c.layout, c.frame, c.subject, "over", place):
+        return []
     name, flies = place_name(place), c.frame.sense in _THROUGH_AIR
     mark = c.layout.state.landmark(name)
     if flies and mark is not None and mark.kind == "opening":

@@ -18,6 +18,7 @@ def in_their_light(frames: list[EventFrame]) -> None:
     _backwards_at_first(frames)
     _back_once_turned(frames)
     _behind_what_went(frames)
+    _bounced_off(frames)
     _until_it_lies(frames)
     _where_it_struck(frames)
     _springs_back(frames)
@@ -87,6 +88,18 @@ def _behind_what_went(frames: list[EventFrame]) -> None:
 
 
 AT_REST = ("stop", "settle", "stay", "rest")
+
+
+def _bounced_off(frames: list[EventFrame]) -> None:
+    """ "Rolls to the box and bounces off": off the box."""
+    for index, (frame, after) in enumerate(pairwise(frames)):
+        to = frame.place("toward", "into", "against", "at")
+        bare = all(place.kind == "group" for _, place in after.places)
+        alone = after.patient == frame.patient and bare and not after.agent
+        off = after.sense == "bounce" and after.direction in ("off", "backward") and alone
+        if off and to is not None and to.kind == "object" and not frame.negated:
+            places: tuple[tuple[Relation, Place], ...] = (("off", to),)
+            frames[index + 1] = replace(after, places=places, direction=None)
 
 
 def _until_it_lies(frames: list[EventFrame]) -> None:

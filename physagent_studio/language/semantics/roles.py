@@ -77,6 +77,10 @@ class Roles(Subjects):
             # "Is deflected by the box": off it.
             off = tuple(("off", Place(name, "object")) for name in details.by)
             frame = replace(frame, places=(*off, *frame.places))
+        elif frame.sense == "stop" and verb.passive and details.by:
+            # "Is stopped by the box": at it.
+            at = tuple(("against", Place(name, "object")) for name in details.by[:1])
+            frame = replace(frame, places=(*at, *frame.places))
         elif kind == "move" and verb.passive and details.by:
             # "Is squashed by the ball".
             frame = replace(frame, agent=details.by)

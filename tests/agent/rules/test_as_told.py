@@ -10,7 +10,13 @@ from physagent_studio.agent.rules import RuleGenerator
 from physagent_studio.contract import measure
 from physagent_studio.contract.words import claim
 from physagent_studio.program import PhysicalProgram
-from physagent_studio.program.actions import FixObject, OnContact, SetAngularVelocity
+from physagent_studio.program.actions import (
+    ApplyForce,
+    Directed,
+    FixObject,
+    OnContact,
+    SetAngularVelocity,
+)
 from physagent_studio.program.scene.state import Box, Ramp, Sphere
 from physagent_studio.simulation import simulate
 from tests.agent.rules.scenes import STAGES, Stage
@@ -98,3 +104,17 @@ def test_a_spin_dies_away_before_it_stops() -> None:
     assert rates == sorted(rates, reverse=True)
     assert rates[-1] == 0
     assert all(c.ok for c in measure(program, simulate(program, {})) if c.kind != "view")
+
+
+def test_what_rolls_down_later_is_held_until_then() -> None:
+    program = first(BESIDE_A_RAMP, "After one second the ball rolls down the ramp.")
+    rollout = simulate(program, {})
+    moved = abs(rollout.positions[:, rollout.objects.index("ball"), 0] + 0.1)
+    assert moved[100] < 0.02 < 0.3 < moved.max()
+
+
+def test_a_ball_that_bounces_off_what_it_rolled_to_stays_on_the_ground() -> None:
+    program = first(STAGES["court"], "The basketball rolls to the crate and bounces off.")
+    forces = [a.force for a in program.event.actions if isinstance(a, ApplyForce)]
+    assert all(isinstance(force, Directed) and not force.elevation for force in forces)
+    assert forces

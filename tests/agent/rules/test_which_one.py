@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pytest
+
 from physagent_studio.agent.rules import RulePlanner
 from physagent_studio.program.rotations import about_up
 from physagent_studio.program.scene.state import Box, Cylinder, Sphere
@@ -78,3 +80,25 @@ def test_falling_first_is_told_apart_from_what_follows() -> None:
     program = first(STAGES["yard"], prompt)
     assert program.contract.not_understood == ()
     assert "scooter topples, before trash_can topples" in claims(program)
+
+
+@pytest.mark.parametrize(
+    ("stage", "prompt", "demanded"),
+    [
+        (STAGES["court"], "The basketball rolls right and is stopped by the crate.",
+         "basketball stops near crate"),
+        (STAGES["court"], "The basketball rolls to the crate and bounces off.",
+         "basketball touches crate"),
+        (BLOCKS, "The bucket falls on the ball.", "bucket falls"),
+        (STAGES["desk"], "The blue cup spins and slows down until it stands still.",
+         "blue_cup rests on table at the end"),
+    ],
+)  # fmt: skip
+def test_what_one_clause_says_of_the_other(stage: Stage, prompt: str, demanded: str) -> None:
+    assert demanded in claims(first(stage, prompt))
+
+
+def test_what_does_not_move_at_first_may_move_then() -> None:
+    program = first(STAGES["desk"], "The red cube does not move at first, then it slides left.")
+    (still,) = (s for s in program.contract.statements if s.kind == "stays")
+    assert still.to_step is not None

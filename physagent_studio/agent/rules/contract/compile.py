@@ -30,6 +30,7 @@ from physagent_studio.program.contract import Contract
 from physagent_studio.program.program import Clip
 
 _GIVING_WAY = words_of("topple fall collapse flip lean lose_balance knock_over break crush")
+_GOES = words_of("move roll slide fly jump fall push pull drift")
 _LATER = _GIVING_WAY | {"stop", "rest", "settle"}
 _BLOWS = words_of("hit push kick fall land knock throw")
 """What happens to a thing because something hits it."""
@@ -304,6 +305,9 @@ class _Draft:
         following = self.reading.frames[index + 1 : index + 2]
         # "Does not move until …" speaks of the beginning.
         first = bool(following) and following[0].link in ("until", "before")
+        # So does "does not move at first, then it rolls".
+        goes = bool(following) and following[0].patient == frame.patient and frame.sense == "move"
+        first |= goes and following[0].sense in _GOES and not following[0].negated
         if bool(following) and following[0].link == "until" and frame.sense in _LATER:
             # "Does not topple until the ball hits it": that it does so later is not tested.
             return

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 
+from physagent_studio.agent.rules.scene.measures import Layout
 from physagent_studio.knowledge import is_container
 from physagent_studio.language import EventFrame, Place, Reading
 from physagent_studio.language.tokens.vocabulary import words_of
@@ -224,3 +225,18 @@ def told_later(frame: EventFrame) -> bool:
 def moving_frames(intent: Intent) -> list[EventFrame]:
     """Its frames that are no mere description of how things are."""
     return [frame for frame in intent.frames if frame.sense in ACTIVE]
+
+
+def brought_above(layout: Layout, name: str, frame: EventFrame) -> bool:
+    """ "Is dropped onto the book", "falls into the cup", of what stands no higher than that and
+    cannot fall over onto it: it is brought above it, and falls from there."""
+    place = frame.place("on", "in", "into")
+    if frame.sense not in ("fall", "land") or place is None or place.kind != "object":
+        return False
+    if not layout.has(place.name) or place.name == name:
+        return False
+    reach = layout.gap(name, place.name) < layout.height(name)
+    leans = reach and not layout.rolls(name)
+    lowest = layout.position(name)[2] - layout.height(name) / 2
+    top = layout.position(place.name)[2] + layout.height(place.name) / 2
+    return bool(lowest < top) and not leans

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
-from physagent_studio.agent.rules.contract.intents import Intent
+from physagent_studio.agent.rules.contract.intents import Intent, brought_above
 from physagent_studio.agent.rules.scene.measures import WAYS, Layout
 from physagent_studio.agent.rules.schedule import actions as act
 from physagent_studio.agent.rules.schedule import scripts
@@ -99,28 +99,13 @@ def _is_carried(task: Task) -> bool:
         or (f.sense in ("fall", "land") and any(p.kind == "object" for _, p in f.places))
         for f in own[1:]
     )
-    dropped = bool(own) and _is_dropped(task, own[0])
+    dropped = bool(own) and brought_above(task.layout, task.name, own[0])
     if (first == "rise" or not aloft) and scripts.turned_in_hand(task):
         # "Is picked up and tilted", "is turned upside down"; what leans or flips stands as it does.
         return first == "rise" or (first == "turn" and own[0].posture == "inverted")
     return (first == "rise" and brought) or (
         not aloft and (by_hand or dropped or first == "set_down")
     )
-
-
-def _is_dropped(task: Task, frame: EventFrame) -> bool:
-    """ "Is dropped onto the book", "falls into the cup", of what stands no higher than that and
-    cannot fall over onto it: it is brought above it, and falls from there."""
-    place, layout = frame.place("on", "in", "into"), task.layout
-    if frame.sense not in ("fall", "land") or place is None or place.kind != "object":
-        return False
-    if not layout.has(place.name) or place.name == task.name:
-        return False
-    reach = layout.gap(task.name, place.name) < layout.height(task.name)
-    leans = reach and not layout.rolls(task.name)
-    lowest = layout.position(task.name)[2] - layout.height(task.name) / 2
-    top = layout.position(place.name)[2] + layout.height(place.name) / 2
-    return bool(lowest < top) and not leans
 
 
 _BROUGHT = ("move", "push", "pull", "drift")
@@ -337,7 +322,9 @@ def _hopping(task: Task) -> Script:
 def _bounces_first(task: Task) -> bool:
     """ "Bounces twice, then hits the can", and not "hits the wall and bounces back"."""
     told = [f for f in task.intent.frames if f.sense == "bounce" or task.name in f.agent]
-    return bool(told) and told[0].sense == "bounce" and not told[0].negated
+    first = told[0] if told else None
+    off = first is not None and first.place("off") is not None
+    return first is not None and first.sense == "bounce" and not (first.negated or off)
 
 
 def _can_only_topple(task: Task) -> bool:

@@ -46,6 +46,9 @@ def schedule(reading: Reading, layout: Layout, clip: Clip) -> tuple[Action, ...]
         wait = steps_to_wait(task.intent, reading, clip)
         wait += act.STEPS.first_step + act.STEPS.rise_steps if task.name in raised else 0
         first = _awaited(task.intent, layout)
+        if wait and first is None and _runs_off(layout, task.name):
+            # "After a second it rolls down the ramp": not before.
+            actions.append(act.hold(task.name, act.STEPS.first_step + wait))
         for action in script_for(task)(task):
             later = act.later(action, wait) if first is None else _once(action, first)
             actions += [a for a in [_fitted(later, clip, actions)] if a is not None]
@@ -65,14 +68,15 @@ def stays_on_slope(reading: Reading, layout: Layout) -> list[str]:
     return [
         name
         for name in objects
-        if name not in told and layout.has(name) and layout.ramp_below(name) is not None
-        and (layout.rolls(name) or _on_wheels(layout, name))
+        if name not in told and layout.has(name) and _runs_off(layout, name)
     ]  # fmt: skip
 
 
-def _on_wheels(layout: Layout, name: str) -> bool:
+def _runs_off(layout: Layout, name: str) -> bool:
+    """Whether it is on a slope and rolls down that by itself."""
     item = layout.state.object(name)
-    return item is not None and item.wheels is not None
+    wheels = item is not None and item.wheels is not None
+    return layout.ramp_below(name) is not None and (wheels or layout.rolls(name))
 
 
 def steps_to_wait(intent: Intent, reading: Reading, clip: Clip) -> int:

@@ -43,7 +43,7 @@ def friction_for(task: Task) -> float | None:
     if isinstance(ramp.shape, Ramp) and ramp.shape.steps:
         return None
     slope = math.tan(slope_of(task))
-    if task.intent.has("stop", "settle", "slow") or task.ends_short:
+    if _stops_on_it(task):
         wanted = _stopping_friction(task)
     elif task.intent.has("roll", "move", "reach", "turn_around", "slide", "drift", "descend"):
         wanted = 0.35 * slope
@@ -60,7 +60,7 @@ def rolling_for(task: Task) -> float | None:
     ramp = task.layout.ramp_below(task.name)
     if ramp is None or (isinstance(ramp.shape, Ramp) and ramp.shape.steps):
         return None
-    if task.intent.has("stop", "settle", "slow") or task.ends_short:
+    if _stops_on_it(task):
         return round(min(_stopping_friction(task), 1.0), 4)
     slow_share = 0.7  # 0.3..0.95: of the pull of the slope that is used up
     if task.intent.manner("slow", "gentle"):
@@ -79,6 +79,7 @@ def _resistance_below(task: Task) -> float:
     layout, ramp = task.layout, task.layout.ramp_below(task.name)
     downhill = layout.downhill(task.name)
     away = task.intent.has("leave", "turn_around", "reverse") or task.intent.hits
+    away = away or task.intent.place("against", senses=("stop", "settle"))
     if ramp is None or not isinstance(ramp.shape, Ramp) or downhill is None or away:
         return 0.0
     toe, way = np.asarray(ramp.shape.toe, float), unit(level(downhill))
@@ -88,6 +89,14 @@ def _resistance_below(task: Task) -> float:
     drop = float(layout.position(task.name)[2] - there[2])
     run = abs(float((layout.position(task.name) - toe) @ way))
     return max(drop, 0.0) / max(FRAMING.good_share * room + run, 1e-3)
+
+
+def _stops_on_it(task: Task) -> bool:
+    """Whether it comes to rest on the slope: not "against the box", which stands before that."""
+    halts = [f for f in task.intent.frames if f.sense in ("stop", "settle", "slow")]
+    against = [p.name for f in halts for r, p in f.places if r == "against" and p.kind == "object"]
+    beyond = any(task.layout.ramp_below(name) is None for name in against)
+    return (bool(halts) and not beyond) or task.ends_short
 
 
 def _stopping_friction(task: Task) -> float:
@@ -128,7 +137,7 @@ def down_ramp(task: Task) -> list[Action]:
     downhill = task.layout.downhill(task.name)
     if downhill is None:
         return []
-    stops = task.intent.has("stop", "settle", "slow") or task.ends_short
+    stops = _stops_on_it(task)
     below = stops and _stops_at_the_foot(task)
     stops = stops and not below
     speed = starting_speed(task) if stops else max(0.15, 0.5 * task.layout.size(task.name))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from physagent_studio.agent.rules.contract.intents import met
+from physagent_studio.agent.rules.contract.intents import brought_above, met
 from physagent_studio.agent.rules.contract.senses.common import (
     bent_path,
     comes_down,
@@ -196,8 +196,8 @@ def _drop_off(c: Context, off: Place | None) -> float | None:
 
 def _only_topples(c: Context) -> bool:
     """Whether it stands on the ground, was not lifted off it and is no ball."""
-    stands = c.layout.has(c.subject) and not c.layout.is_raised(c.subject)
-    return stands and not was_raised(c) and not c.layout.rolls(c.subject)
+    stands = c.layout.has(c.subject) and not c.layout.is_raised(c.subject) and not was_raised(c)
+    return stands and not (rolls(c) or brought_above(c.layout, c.subject, c.frame))
 
 
 def _lies_down(c: Context) -> bool:

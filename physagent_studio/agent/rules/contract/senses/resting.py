@@ -76,7 +76,7 @@ def _stopped(c: Context) -> list[Spec]:
     if place is not None and place.kind == "object" and c.frame.place("on", "atop") == place:
         return [spec("stops", c.subject), spec("rests_on", c.subject, other=place.name)]
     carrier = c.layout.carrier(c.subject)
-    if place is None and carrier and c.earlier and all(f.sense in _IN_PLACE for f in c.earlier):
+    if place is None and carrier and _went_nowhere(c):
         # "Spins on the spot and comes to rest": it went nowhere before.
         return [spec("rests_on", c.subject, other=carrier)]
     name = place_name(place) if place is not None else None
@@ -92,6 +92,12 @@ def _stopped(c: Context) -> list[Spec]:
     # A ball at the foot of a slope lies before it.
     below = rolls(c) and place.part == "lower_end"
     return found if below else [*found, spec("reaches", c.subject, other=place.name)]
+
+
+def _went_nowhere(c: Context) -> bool:
+    """Whether all that is told of it before happens where it stands."""
+    told = [f for f in c.earlier if f.sense != "slow"]
+    return bool(told) and all(f.sense in _IN_PLACE for f in told)
 
 
 def _off_the_slope(c: Context, place: Place) -> list[Spec]:
@@ -211,7 +217,9 @@ def _ends(c: Context) -> list[Spec]:
     if place is not None and place.kind in ("support", "object"):
         found += [spec("rests_on", c.subject, other=place.name), *_off_the_slope(c, place)]
     elif c.frame.sense in ("rest", "end", "stay") and not found:
-        found.append(spec("stops", c.subject))
+        carrier = c.layout.carrier(c.subject) if _went_nowhere(c) else None
+        still = spec("rests_on", c.subject, other=carrier) if carrier else None
+        found.append(still or spec("stops", c.subject))
     return [*found, *quality(c)]
 
 

@@ -48,6 +48,7 @@ class GroundSettings:
 
 
 GROUND = GroundSettings()
+_TAKEN = ("pull", "push", "slide", "move", "knock")
 _GOING = words_of("move slide push pull stop settle start")
 """What is said of a thing that is carried along and has nothing else to do."""
 
@@ -105,9 +106,10 @@ def _is_shoved(task: Task, target: Place | None) -> bool:
 
 
 def _leaves_what_is_on_it(task: Task) -> bool:
-    """ "Is pulled out from under the apple", which stays behind: slowly it would go along."""
-    place = task.intent.place("off", "from", senses=("pull", "push", "slide", "move", "knock"))
-    return place is not None and place.name in task.layout.above(task.name)
+    """ "Is pulled out from under the apple", "is pulled away": what stays would go along slowly."""
+    place, above = task.intent.place("off", "from", senses=_TAKEN), task.layout.above(task.name)
+    away = any(f.sense == "pull" and f.direction == "off" for f in task.intent.frames)
+    return (place is not None and place.name in above) or (away and bool(above))
 
 
 def _is_carried(task: Task, target: Place | None) -> bool:

@@ -25,6 +25,8 @@ class FootingSettings:
     margin_share: float = 0.12  # 0..0.4: of the base: the centre of mass from its rim at least
     # cosine, 0.1..0.9: of the picture and a thing on feet, to be so turned
     min_facing_cosine: float = 0.4
+    # 0.1..0.5: of a body's height, from which on what is open between its feet is between legs
+    min_leg_share: float = 0.25
     # cosine, 0.4..1: by which one that is turned more counts as turned: rows of feet tell it badly
     least_facing_cosine: float = 0.75
 
@@ -78,9 +80,10 @@ def across_the_feet(mask: BoolArray, camera: Camera, ahead: FloatArray) -> Float
     A thing on legs or wheels that is seen at an angle would have one of its feet in the air if
     it were taken to face the camera.
     """
-    feet = _feet(mask) if at_work("feet") else None
-    if feet is None:
+    found = _feet(mask) if at_work("feet") else None
+    if found is None:
         return ahead
+    feet, _ = found
     spots = on_plane(camera, feet, camera.position[2] - 1.0)[:, :2]
     along = spots[1] - spots[0]
     if not np.isfinite(along).all() or float(np.hypot(*along)) < 1e-9:
@@ -93,11 +96,17 @@ def across_the_feet(mask: BoolArray, camera: Camera, ahead: FloatArray) -> Float
     return least * ahead + math.sqrt(1 - least**2) * beside / float(np.linalg.norm(beside))
 
 
-def _feet(mask: BoolArray) -> FloatArray | None:
+def on_legs(mask: BoolArray) -> bool:
+    """Whether the outline rises between two feet as far as between legs."""
+    found = _feet(mask)
+    return found is not None and found[1] > FOOTING.min_leg_share
+
+
+def _feet(mask: BoolArray) -> tuple[FloatArray, float] | None:
     """The two feet (2, 2) pixels between which the middle of a silhouette lies; None without.
 
     They are the ends of the lowest line that the outline can be set on, left first, with a gap
-    between them where the outline rises.
+    between them where the outline rises, and how far it does, as a share of its height.
     """
     columns = np.flatnonzero(mask.any(0))
     rows = mask.shape[0] - mask[::-1, columns].argmax(0)
@@ -119,7 +128,9 @@ def _feet(mask: BoolArray) -> FloatArray | None:
     rise = _above(outline[between], left, right)
     gap = float((rise > 0.04 * height).mean()) if len(rise) else 0.0
     wide = right[0] - left[0] > 0.3 * len(columns)
-    return np.array([left, right]) if wide and gap > 0.4 else None
+    if not (wide and gap > 0.4):
+        return None
+    return np.array([left, right]), float(rise.max()) / height
 
 
 def _above(outline: FloatArray, left: FloatArray, right: FloatArray) -> FloatArray:

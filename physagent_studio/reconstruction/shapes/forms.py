@@ -22,6 +22,7 @@ from physagent_studio.program.scene.state import (
 from physagent_studio.reconstruction.camera.rays import metres_per_pixel, on_plane, on_upright
 from physagent_studio.reconstruction.photo.line_segments import Segments
 from physagent_studio.reconstruction.photo.regions import BoolArray, bounds, iou, solidity
+from physagent_studio.reconstruction.shapes.footing import on_legs
 from physagent_studio.reconstruction.shapes.inflation import (
     inflated_mesh,
     natural_depth,
@@ -52,6 +53,8 @@ class FormSettings:
     min_turned_iou: float = 0.9  # IoU, 0.7..1: with its mask, of what stands over its footprint
     # 0.2..1: usual depth over the round one: flatter things show no sides
     min_straight_ratio: float = 0.75
+    # ratio, 0.2..1: of a round body's depth over its width, from which on low feet tell no turn
+    max_turned_depth: float = 0.5
     thin_deg: float = 12.0  # 3..30: least angle from which one looks down on thin things that lie
     thick_deg: float = 30.0  # 10..60: on thick ones
     part_rounds: int = 8  # count, 1..16: in which a body and what stands off it are told apart
@@ -264,8 +267,10 @@ def inflated_form(
         and usual.depth is not None
         and (usual.drives or depth > FORM.min_straight_ratio * natural)
     )
-    # A usual depth of what swells is that behind its front; two feet may make a step.
-    facing = facing or (usual.depth is not None and not straight)
+    # A usual depth of what swells is that behind its front, and of what is about as deep as wide
+    # one foot may stand before the other: neither tells how it is turned.
+    compact = natural > FORM.max_turned_depth * (x1 - x0) and not on_legs(mask)
+    facing = facing or ((usual.depth is not None or compact) and not straight)
     extent = upright_extent(mask, camera, depth, straight, facing)
     share = extent[1] / max(extent[0], 1e-9)
     along = base.hold < 1 and not base.free_z

@@ -9,11 +9,12 @@ import pytest
 import trimesh
 
 from physagent_studio.knowledge import usual_size
+from physagent_studio.knowledge.things import UNKNOWN
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import Inflated
 from physagent_studio.reconstruction.camera.rays import on_plane
 from physagent_studio.reconstruction.shapes.footing import stands
-from physagent_studio.reconstruction.shapes.forms import forms
+from physagent_studio.reconstruction.shapes.forms import forms, inflated_form
 from physagent_studio.reconstruction.shapes.inflation import (
     inflated_mesh,
     natural_depth,
@@ -144,3 +145,17 @@ def test_a_person_is_half_as_deep_as_wide_and_faces_the_view_though_making_a_ste
     assert shape.facing
     assert not shape.straight
     assert shape.size[1] == pytest.approx(0.5 * shape.size[0], rel=0.1)
+
+
+@pytest.mark.parametrize(("opening", "turned"), [(12, False), (60, True)])
+def test_two_feet_of_what_is_about_as_deep_as_wide_tell_its_turn_where_they_are_legs(
+    opening, turned
+):
+    """What sits low has one foot in front of the other without being turned."""
+    camera = Camera.from_horizon((640, 480), 60, 1.0, focal=600.0)
+    mask = np.zeros((480, 640), bool)
+    mask[200 : 340 - opening, 260:380] = True
+    mask[300:340, 260:285], mask[300:320, 355:380] = True, True
+    form = inflated_form(camera, mask, Base(0.0, 2.0, 0.0), UNKNOWN)
+    assert isinstance(form.shape, Inflated)
+    assert form.shape.facing is not turned

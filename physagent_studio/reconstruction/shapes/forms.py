@@ -48,7 +48,6 @@ class FormSettings:
 
     revolved_cost: float = 0.04  # IoU, 0..0.2: a surface of revolution has to win by: it fits much
     inflated_cost: float = 0.09  # IoU, 0..0.2: an inflated mask has to win by: it fits anything
-    swollen_cost: float = 0.14  # IoU, 0..0.3: the same of a round one, which fits all the better
     # share, 0.4..0.9: of the hull around its mask, of what stands over its footprint
     min_solidity: float = 0.7
     min_turned_iou: float = 0.9  # IoU, 0.7..1: with its mask, of what stands over its footprint
@@ -105,24 +104,18 @@ def forms(
     first = fitted(mask, hidden)
     if not usual.parts or not at_work("bodies without parts"):
         return first
-    wanted = usual.shapes if kind is None else (kind,)
-    best, (beside, shown) = first, _beside(camera, mask, _first_of(first, wanted))
-    _, before = _beside(camera, mask, first[0])
+    best, (beside, before) = first, _beside(camera, mask, first[0])
+    shown = before
     for _ in range(FORM.part_rounds):
         if not beside.any():
             break
         covered = beside if hidden is None else hidden | beside
         again = fitted(mask & ~beside, covered)
-        beside, value = _beside(camera, mask, _first_of(again, wanted))
+        beside, value = _beside(camera, mask, again[0])
         if value <= shown + FORM.min_part_step:
             break
         best, shown = again, value
     return best if shown > before + FORM.min_part_gain else first
-
-
-def _first_of(found: Sequence[Form], wanted: Sequence[str]) -> Form:
-    """The best form of a wanted kind: what is made from the mask itself has all parts in it."""
-    return next((form for form in found if form.kind in wanted), found[0])
 
 
 def _beside(camera: Camera, mask: BoolArray, form: Form) -> tuple[BoolArray, float]:
@@ -308,8 +301,7 @@ def inflated_form(
             step = float(spots[0, 1] - spots[1, 1])
             y += (1 - base.hold) * step if np.isfinite(step) else 0.0
     value = iou(silhouette(camera, mesh.vertices + np.array(place), mesh.faces), mask)
-    cost = FORM.inflated_cost if straight else FORM.swollen_cost
-    merit = value - cost + PRIMITIVE.named_gain * ("inflated" in usual.shapes)
+    merit = value - FORM.inflated_cost + PRIMITIVE.named_gain * ("inflated" in usual.shapes)
     return Form("inflated", shape, mesh, place, IDENTITY, value, merit)
 
 

@@ -1,10 +1,9 @@
 """A solid from a silhouette: the outline as the picture shows it, a plausible depth behind it.
 
 The mask is laid on an upright plane that faces the camera and given a thickness there. Round
-things swell as the balls that find room in their outline, whose middles lie on that plane; things
-whose usual depth is known (a car, a house) or larger than that get flat sides with a rounded rim.
-What stands was cut level where it touches the ground, for a thing that is seen to stand has a base
-to stand on.
+things swell as the balls that find room in their outline; things whose usual depth is known (a car,
+a house) or larger than that get flat sides with a rounded rim. What stands was cut level where it
+touches the ground, for a thing that is seen to stand has a base to stand on.
 """
 
 from __future__ import annotations
@@ -54,7 +53,8 @@ def inflated_mesh(mask: BoolArray, camera: Camera, shape: Inflated) -> Mesh:
     elif shape.flat:
         vertices, faces = _level(mask, camera, share, shape.straight)
     else:
-        vertices, faces = _stood(mask, plane, share, shape)
+        half = _half_depth(_laid(mask, plane, shape.straight), mask, share)
+        vertices, faces = _stood(mask, plane, half, shape)
     low, high = vertices.min(0), vertices.max(0)
     scale = np.array(shape.size) / np.maximum(high - low, 1e-12)
     vertices = levelled((vertices - (low + high) / 2) * scale, faces.astype(np.int32))
@@ -70,7 +70,10 @@ def seen_mesh(
     mask, front and back. world: vertices of its body, in whose middle its outline is laid.
     """
     plane = replace(_plane(mask, camera, shape.facing), sight=True)
-    vertices, faces = _stood(mask, plane, shape.size[1] / max(shape.size[0], 1e-9), shape)
+    half = _half_depth(
+        _laid(mask, plane, shape.straight), mask, shape.size[1] / max(shape.size[0], 1e-9)
+    )
+    vertices, faces = _stood(mask, plane, half, shape)
     eye = np.asarray(camera.position)
     reach = (world - eye) @ plane.ahead
     away = (float(reach.min()) + float(reach.max())) / 2 / float((plane.centre - eye) @ plane.ahead)
@@ -81,9 +84,9 @@ def has_slender_parts(mask: BoolArray, camera: Camera, shape: Inflated) -> bool:
     """Whether much of an `Inflated` shape over a mask would be boards where its outline is thin."""
     if shape.flat or shape.turn is not None:
         return False
-    plane, sheet = _plane(mask, camera, shape.facing), sheet_of(mask, shape.straight)
-    half = _half_depth(sheet, plane, shape.size[1] / max(shape.size[0], 1e-9))
-    return sheet.straight_at(half) and is_slender(sheet, half)
+    laid = _laid(mask, _plane(mask, camera, shape.facing), shape.straight)
+    half = _half_depth(laid, mask, shape.size[1] / max(shape.size[0], 1e-9))
+    return laid[2].straight_at(half) and is_slender(laid[2], half)
 
 
 def sheet_on_plane(
@@ -131,40 +134,35 @@ def upright_extent(
     depth: its thickness through the upright plane on which the mask is laid, pixels. straight,
     facing: see `Inflated`.
     """
-    plane, sheet = _plane(mask, camera, facing), sheet_of(mask, straight)
-    low, high = _box(plane.laid(sheet), plane, sheet, depth / 2)
+    plane = _plane(mask, camera, facing)
+    low, high = _box(*_laid(mask, plane, straight), depth / 2)
     x, y, z = (float(value) for value in high - low)
     return x, y, z
 
 
 def _stood(
-    mask: BoolArray, plane: _Plane, depth_share: float, shape: Inflated
+    mask: BoolArray, plane: _Plane, half: float, shape: Inflated
 ) -> tuple[FloatArray, NDArray[np.int64]]:
-    """World vertices around a plane one unit away, and faces.
-
-    depth_share: extent of the result along y as a share of that along x.
-    """
-    sheet = sheet_of(mask, shape.straight)
-    half = _half_depth(sheet, plane, depth_share)
+    """World vertices around a plane one unit away, and faces; 2 · half pixels deep."""
     if shape.seat is not None:
         return _with_back(mask, plane, half, shape.seat)
-    if not sheet.straight_at(half):
-        ends = plane.swollen(plane.laid(sheet), sheet, half)
-        return closed(np.vstack(ends), sheet, thickness(sheet, half))
-    split = (lambda own: thin_legs(own, half)) if plane.sight else split_legs
-    body, legs = split(mask) if at_work("legs") else (mask, [])
-    if legs:
-        return _on_legs(body, legs, plane, half)
-    return plane.standing(sheet, half, 0.0)
+    if sheet_of(mask, shape.straight).straight_at(half):
+        split = (lambda own: thin_legs(own, half)) if plane.sight else split_legs
+        body, legs = split(mask) if at_work("legs") else (mask, [])
+        if legs:
+            return _on_legs(body, legs, plane, half)
+    return plane.standing(mask, half, 0.0, shape.straight)
 
 
-def _half_depth(sheet: Sheet, plane: _Plane, depth_share: float) -> float:
+def _half_depth(
+    laid: tuple[FloatArray, FloatArray, Sheet], mask: BoolArray, depth_share: float
+) -> float:
     """Half thickness in pixels with which what is laid reaches so far along y, of that along x."""
-    flat = plane.laid(sheet)
-    least, most = 0.0, 6.0 * float(np.ptp(sheet.pixels, axis=0).max())
-    for _ in range(18):
+    x0, y0, x1, y1 = bounds(mask)
+    least, most = 0.0, 6.0 * max(x1 - x0, y1 - y0)
+    for _ in range(30):
         half = (least + most) / 2
-        low, high = _box(flat, plane, sheet, half)
+        low, high = _box(*laid, half)
         extent = high - low
         if extent[1] < depth_share * extent[0]:
             least = half
@@ -196,7 +194,7 @@ def _on_legs(
 
     shift: of its middle behind the plane, pixels.
     """
-    parts = [plane.standing(sheet_of(body, True), half, shift)] if body.any() else []
+    parts = [plane.standing(body, half, shift, straight=True)] if body.any() else []
     max_post_share = 0.4  # 0.1..0.6: of the body's depth: legs are thinner
     ground = max(bounds(leg)[3] for leg in legs)
     for leg in legs:
@@ -207,7 +205,7 @@ def _on_legs(
             x0, _, x1, _ = bounds(leg)
             own = min(0.5 * (x1 - x0), max_post_share * half)
         for side in (-1.0, 1.0):
-            parts.append(plane.standing(sheet_of(leg), own, shift + side * (half - own)))
+            parts.append(plane.standing(leg, own, shift + side * (half - own)))
     vertices, faces = one_surface(parts)
     return vertices, faces.astype(np.int64)
 
@@ -230,11 +228,11 @@ def _with_back(
     if legs:
         parts = [_on_legs(body, legs, front, half, half)]
     else:
-        parts = [front.standing(sheet_of(low, True), half, half)]
+        parts = [front.standing(low, half, half, straight=True)]
     if high.any():
         back_share = 0.15  # 0.05..0.4: of the depth of the seat, that of its back
         own = back_share * half
-        parts.append(plane.farther(half - own).standing(sheet_of(high, True), own, 0.0))
+        parts.append(plane.farther(half - own).standing(high, own, 0.0, straight=True))
     vertices, faces = one_surface(parts)
     return vertices, faces.astype(np.int64)
 
@@ -277,35 +275,14 @@ class _Plane:
         return on_upright_through(self.camera, sheet.pixels, self.centre, self.ahead)
 
     def standing(
-        self, sheet: Sheet, half: float, shift: float
+        self, mask: BoolArray, half: float, shift: float, straight: bool = False
     ) -> tuple[FloatArray, NDArray[np.int64]]:
-        """The body over a sheet, 2 · half pixels deep, its middle `shift` pixels behind."""
+        """The body over a mask, 2 · half pixels deep, its middle `shift` pixels behind."""
+        sheet = sheet_of(mask, straight)
         thick = thickness(sheet, half, self.sight)
         flat = self.laid(sheet)
         ends = [self.pushed(flat, shift - thick), self.pushed(flat, shift + thick)]
         return closed(np.vstack(ends), sheet, thick)
-
-    def swollen(self, flat: FloatArray, sheet: Sheet, half: float) -> tuple[FloatArray, FloatArray]:
-        """Front and back (V, 3) of a round body whose balls have their middles on the plane.
-
-        What is seen of a ball as its outline lies across the sight: above its middle behind the
-        plane, below it before the plane. A body that is flatter or deeper than its balls is that
-        drawn out along the ground. It ends level with the lowest place of its outline.
-        """
-        thick, most = thickness(sheet, half), float(sheet.swell.max(initial=1e-9))
-        eye = np.asarray(self.camera.position)
-        rays = flat - eye
-        level = np.hypot(rays[:, 0], rays[:, 1]) / np.linalg.norm(rays, axis=1)
-        down = -rays[:, 2] / np.linalg.norm(rays, axis=1)
-        deep = np.where(sheet.swell > 0, thick / np.maximum(sheet.swell, 1e-9), max(half / most, 1))
-        share = level**2 + (deep * down) ** 2
-        push, lean = level * thick / np.sqrt(share), sheet.above * down * deep**2 / share
-        along = replace(self, sight=True)
-        low = float(along.pushed(flat, lean)[:, 2].min())
-        ends = [along.pushed(flat, lean + by) for by in (-push, push)]
-        for end in ends:
-            end[:, 2] = np.maximum(end[:, 2], low)
-        return ends[0], ends[1]
 
     def pushed(self, flat: FloatArray, push: FloatArray) -> FloatArray:
         """Places (V, 3) so many pixels (V,) behind those on the plane."""
@@ -314,6 +291,15 @@ class _Plane:
         eye = np.asarray(self.camera.position)
         far = 1 + push / self.camera.focal / ((flat - eye) @ self.ahead)
         return np.asarray(eye + (flat - eye) * far[:, None])
+
+
+def _laid(mask: BoolArray, plane: _Plane, straight: bool) -> tuple[FloatArray, FloatArray, Sheet]:
+    """The silhouette on an upright plane: places (V, 3) m, the level unit vector through the
+
+    plane scaled to a pixel (1 / focal, for the plane is one unit away), and the sheet.
+    """
+    sheet = sheet_of(mask, straight)
+    return plane.laid(sheet), plane.behind / plane.camera.focal, sheet
 
 
 def _plane(mask: BoolArray, camera: Camera, facing: bool) -> _Plane:
@@ -329,12 +315,8 @@ def _plane(mask: BoolArray, camera: Camera, facing: bool) -> _Plane:
 
 
 def _box(
-    flat: FloatArray, plane: _Plane, sheet: Sheet, half: float
+    flat: FloatArray, ahead: FloatArray, sheet: Sheet, half: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Least and greatest coordinates of the body of that half thickness, pixels, over a sheet."""
-    if sheet.straight_at(half):
-        push = thickness(sheet, half)[:, None] * plane.behind / plane.camera.focal
-        ends = (flat - push, flat + push)
-    else:
-        ends = plane.swollen(flat, sheet, half)
-    return np.minimum(*ends).min(0), np.maximum(*ends).max(0)
+    """Least and greatest coordinates of the body of that half thickness, pixels."""
+    push = thickness(sheet, half)[:, None] * ahead[None]
+    return np.minimum(flat - push, flat + push).min(0), np.maximum(flat - push, flat + push).max(0)

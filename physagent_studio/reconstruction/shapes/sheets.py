@@ -28,7 +28,6 @@ class SheetSettings:
     # exponent, 1..8: what is flatter than round: how sharply its thickest parts are levelled off
     flat_power: float = 3.0
     chamfer_ratios: tuple[float, float] = (0.25, 0.2)  # 0..2: the same of what is deeper than round
-    calm_count: float = 4.0  # 0.5..8: cells of the grid, over which middles of balls are evened out
     cells_count: int = 60  # 20..200: of the grid along the longer side
     max_cells: int = 110  # count, 40..400: along it, for thin parts
     max_drawn_cells: int = 240  # count, 40..600: likewise, of what is drawn alone
@@ -42,8 +41,7 @@ class Sheet:
     """The silhouette as a flat grid: pixel places (V, 2), faces (F, 3), rim flags (V,),
 
     swell (V,) half thickness of a round body, inset (V,) distance to the outline, and wide (V,)
-    half the width of the part that is there, pixels. above: (V,) rows by which a place lies above
-    the middle of the ball that it is of. straight: the body over it is not round.
+    half the width of the part that is there, pixels. straight: the body over it is not round.
     """
 
     pixels: FloatArray
@@ -52,7 +50,6 @@ class Sheet:
     swell: FloatArray
     inset: FloatArray
     wide: FloatArray
-    above: FloatArray
     straight: bool = False
 
     def straight_at(self, half: float) -> bool:
@@ -165,8 +162,8 @@ def sheet_of(mask: BoolArray, straight: bool = False, cells: int = SHEET.max_cel
     shift = np.clip(-field, 0, 1.5 * step)
     px = gx + np.where(ring, slope_x / steep * shift, 0)
     py = gy + np.where(ring, slope_y / steep * shift, 0)
+    swell, wide = (np.where(inside | ring, one, 0.0) for one in _balls(room, at_grid, step))
     used = inside | ring
-    swell, wide, above = (np.where(used, one, 0.0) for one in _balls(room, at_grid, step))
     number = np.full(used.shape, -1)
     number[used] = np.arange(np.count_nonzero(used))
     a, b, c, d = number[:-1, :-1], number[:-1, 1:], number[1:, :-1], number[1:, 1:]
@@ -177,10 +174,7 @@ def sheet_of(mask: BoolArray, straight: bool = False, cells: int = SHEET.max_cel
     pixels = np.stack([px[used] - pad + x0, py[used] - pad + y0], 1)
     inset = np.maximum(field[used], 0)
     wide = np.asarray(cv2.GaussianBlur(wide, (0, 0), 1.0), float)[used]
-    # Where two balls meet, their middles jump.
-    near = cv2.GaussianBlur(used.astype(float), (0, 0), SHEET.calm_count)
-    above = np.asarray(cv2.GaussianBlur(above, (0, 0), SHEET.calm_count), float)[used] / near[used]
-    return Sheet(pixels, faces, ring[used], swell[used], inset, wide, above, straight)
+    return Sheet(pixels, faces, ring[used], swell[used], inset, wide, straight)
 
 
 def _distance(inside: NDArray[np.uint8]) -> NDArray[np.float32]:
@@ -208,9 +202,8 @@ def _balls(
     room: NDArray[np.float32],
     at_grid: Callable[[NDArray[np.float32]], NDArray[np.float32]],
     step: float,
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Half thickness (R, C) of the largest balls that a silhouette has room for, their radius, and
-    how far their middles lie below a place.
+) -> tuple[FloatArray, FloatArray]:
+    """Half thickness (R, C) of the largest balls that a silhouette has room for, and their radius.
 
     room: (H, W) how far pixels are from the outline. at_grid: what the points of a grid, that is a
     step wide, have of it.
@@ -221,7 +214,6 @@ def _balls(
         at_grid(np.asarray(cv2.dilate(room, np.ones((wide, wide))), np.float32)), 0.0
     )
     squared = radius**2
-    best = np.zeros(squared.shape, np.intp)
     for _ in range(2):
         at = step * np.arange(squared.shape[1], dtype=np.float32)
         reached = squared[:, None] - (at[:, None] - at) ** 2
@@ -231,5 +223,4 @@ def _balls(
     # How far a point is from the outline is known better than where the middle of its ball is.
     own = np.maximum(at_grid(room), 0.0)
     swell = np.sqrt(own * np.maximum(2 * radius - own, 0.0))
-    above = step * (best.T - np.arange(len(swell))[:, None])
-    return swell.astype(np.float64), radius.astype(np.float64), above.astype(np.float64)
+    return swell.astype(np.float64), radius.astype(np.float64)

@@ -135,29 +135,32 @@ def _beside(
 
 def _leaves(hole: BoolArray, end: FloatArray, way: FloatArray) -> FloatArray | None:
     """Where (2,) a ray leaves the picture inside the hole; None where it comes out before."""
+    along = _ray(hole, end, way)
+    if len(along) < ONWARD.followed_px[0]:
+        return None
+    x, y = along.astype(int).T
+    covered = hole[y, x]
+    return along[-1] if covered[-3:].all() and covered.mean() > 0.8 else None
+
+
+def _ray(hole: BoolArray, end: FloatArray, way: FloatArray) -> FloatArray:
+    """(N, 2) spots from an end on, a pixel apart, as far as the picture goes."""
     along = end + np.arange(2.0, 2 * max(hole.shape))[:, None] * way
     inside = (along >= 0).all(1) & (along < (hole.shape[1], hole.shape[0])).all(1)
-    count = len(along) if inside.all() else int(np.argmin(inside))
-    if count < ONWARD.followed_px[0]:
-        return None
-    x, y = along[:count].astype(int).T
-    covered = hole[y, x]
-    return along[count - 1] if covered[-3:].all() and covered.mean() > 0.8 else None
+    return along if inside.all() else along[: int(np.argmin(inside))]
 
 
 def _comes_out(hole: BoolArray, end: FloatArray, way: FloatArray) -> FloatArray | None:
     """The first spot (2,) behind the hole on the way that stays out of it; None for none."""
-    along = end + np.arange(2.0, 2 * max(hole.shape))[:, None] * way
-    inside = (along >= 0).all(1) & (along < (hole.shape[1], hole.shape[0])).all(1)
-    count = len(along) if inside.all() else int(np.argmin(inside))
-    x, y = along[:count].astype(int).T
+    along = _ray(hole, end, way)
+    x, y = along.astype(int).T
     covered = np.flatnonzero(hole[y, x])
     if not len(covered):
         return None
     # Of several holes in line only the first one is crossed.
     gaps = np.flatnonzero(np.diff(covered) > ONWARD.followed_px[0])
     last = int(covered[gaps[0]] if len(gaps) else covered[-1])
-    return along[last + 1] if last + ONWARD.followed_px[0] < count else None
+    return along[last + 1] if last + ONWARD.followed_px[0] < len(along) else None
 
 
 def _seen_again(

@@ -36,13 +36,18 @@ export function startLinks() {
     const run = value("run"), rounds = value("rounds");
     if (!wanted || !run || !rounds || !value("playhead")) return;
     if (run.session !== wanted.session) {
-      if (!wanted.asked) { wanted.asked = true; send({ do: "open", key: `session:${wanted.session}` }); }
+      // Whoever opens another session meanwhile has gone elsewhere.
+      if (wanted.asked && run.session !== wanted.from) return leave();
+      if (!wanted.asked) { wanted.asked = true; wanted.from = run.session; send({ do: "open", key: `session:${wanted.session}` }); }
       return;
     }
     if (run.busy) return;
     const row = rounds.rounds.find((one) => one.id === wanted.round);
     if (row && !row.shown) return void (wanted.sent || send({ do: "round", id: row.head ? null : row.id }), wanted.sent = true);
-    if (!wanted.scrubbed) return void (wanted.scrubbed = true, scrub(wanted.frame));
+    if (!wanted.scrubbed && value("playhead").frame !== wanted.frame) return void (wanted.scrubbed = true, scrub(wanted.frame));
+    leave();
+  }
+  function leave() {
     wanted = null;
     history.replaceState(null, "", location.pathname);
   }

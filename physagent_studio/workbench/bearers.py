@@ -8,13 +8,11 @@ the sentence has something roll, and which the sentence itself leaves where it i
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from physagent_studio.knowledge import is_solid, kind_of, support_kind
+from physagent_studio.knowledge import kind_of, support_kind
 from physagent_studio.language import Reading, inventory, read
 from physagent_studio.program.base import Pixel
 from physagent_studio.program.scene.state import Click, Grounding, Mark, Support
-from physagent_studio.reconstruction.photo.line_segments import segments
-from physagent_studio.reconstruction.supports.boxed_tops import top_in_box
-from physagent_studio.records import Case, Image
+from physagent_studio.records import Case
 
 Box = tuple[float, float, float, float]
 
@@ -53,7 +51,7 @@ def with_supports(case: Case) -> Case:
         return case
     stock = inventory(case.objects, [(s.name, s.grounding) for s in case.supports], ())
     reading = read(case.prompt, stock)
-    seen = {name: _support(name, marks, reading, case.image) for name in marks}
+    seen = {name: _support(name, marks, reading, case.image.shape[0]) for name in marks}
     found = {name: support for name, support in seen.items() if support is not None}
     said = {
         one
@@ -98,10 +96,9 @@ def _is_wide(name: str, marks: Mapping[str, Grounding], rows: int) -> bool:
 
 
 def _support(
-    name: str, marks: Mapping[str, Grounding], reading: Reading, image: Image
+    name: str, marks: Mapping[str, Grounding], reading: Reading, rows: int
 ) -> Support | None:
-    """The support that a marked thing is in the picture; None for a thing."""
-    rows = image.shape[0]
+    """The support that a marked thing is in a picture of so many rows; None for a thing."""
     kind = kind_of(name)
     if kind is not None and kind.support == "wall":
         return _topped(name, marks, reading)
@@ -128,8 +125,6 @@ def _support(
     if not feet and not told.intersection(_ON):
         return None
     grounding = _clicked(marks[name], feet, slopes or tilts)
-    if support_kind(name) == "slab" and not (tilts or is_solid(name)):
-        grounding = _with_top(grounding, marks[name].box, feet, image)
     return Support(name=f"{name}_ramp" if tilts else name, grounding=grounding)
 
 
@@ -183,15 +178,6 @@ def _feet_on(
         if box[0] <= x <= box[2] and box[1] <= y <= low and not hidden:
             found[other] = (x, y)
     return found
-
-
-def _with_top(said: Grounding, box: Box | None, feet: Sequence[Pixel], image: Image) -> Grounding:
-    """With the corners of the top, where its near edge is seen in the box around it."""
-    if box is None or not feet or said.points[len(feet) :]:
-        return said
-    corners = top_in_box(segments(image), box, feet, image.shape[1])
-    marks = tuple(Mark(role="top", x=x, y=y) for x, y in corners or ())
-    return said.model_copy(update={"marks": marks})
 
 
 def _clicked(said: Grounding, feet: Sequence[Pixel], slopes: bool) -> Grounding:

@@ -134,7 +134,10 @@ def _slab(
     if region is None:
         width, height = read.camera.size
         region = np.zeros((height, width), bool)
-    boxed = support.grounding.box is not None
+    # Ends of a box, and of the colour of what was clicked, are ends of the top.
+    boxed = support.grounding.box is not None or (
+        math.isfinite(beyond) and support.grounding.shows_something
+    )
     sides = (clicks, thickness, beyond)
     return fit_slab(read.camera, top, region, found, feet, halves, *sides, boxed=boxed)
 

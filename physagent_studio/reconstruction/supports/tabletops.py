@@ -7,8 +7,10 @@ other side does not, along most of the line: joints between boards, and the edge
 on the top, have the top on both sides of them somewhere on their way.
 """
 
+import itertools
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
 
 import cv2
 import numpy as np
@@ -47,6 +49,12 @@ class TopSettings:
     whole_share: float = 0.6  # 0.4..1: of what other lines have left, from which it is
     # 0..0.3: over a thing's width: of its base's middle, seen past an edge
     max_overhang_ratio: float = 0.1
+    min_alike_share: float = 0.1  # 0.02..0.4: of the colours at a foot that are those of a click
+    click_ratio: float = 0.012  # 0.004..0.04: over the longer side: what is around a click
+    max_slope_lab: float = 1.0  # 0.3..3: from pixel to pixel: light fades on the top
+    min_lit_share: float = 0.25  # 0.1..0.6: of an even part that looks like the top's other parts
+    # 0.002..0.02: over the longer side: gaps in the colour of the top, and bits of others like it
+    gap_ratio: float = 0.008
 
 
 TOP = TopSettings()
@@ -66,31 +74,78 @@ def top_around(
     stances: Sequence[Stance],
     bases: FloatArray,
     covered: BoolArray,
+    clicks: FloatArray | None = None,
+    box: tuple[float, float, float, float] | None = None,
 ) -> Top | None:
     """The level top on which things stand, as far as the picture shows it.
 
     found: edges of the picture. stances: of the things. bases: (N, 2) pixels of the middles of
-    what they stand with. covered: (H, W) pixels of all things. None where the ground around their
-    feet is not seen.
+    what they stand with. covered: (H, W) pixels of all things. clicks: (M, 2) pixels of the top;
+    where they are given, what stands elsewhere may be among the things. box: left, top, right,
+    bottom, pixels, what a person has drawn around it. None where the ground around their feet is
+    not seen.
     """
     lab = _smooth_lab(image)
-    looks = _around_feet(lab, stances, covered)
+    feet = [_around_foot(lab, stance, covered) for stance in stances]
+    widths = np.array([float(s.width) for s in stances])
+    if clicks is not None and len(clicks):
+        own = _around_clicks(lab, clicks)
+        on = np.array([_alike(foot, own) for foot in feet], bool)
+        feet = [foot for foot, there in zip(feet, on, strict=True) if there]
+        bases = np.concatenate([bases[on], clicks])
+        widths = np.concatenate([widths[on], np.zeros(len(clicks))])
+    looks = np.concatenate(feet) if feet else np.zeros((0, 3))
     if not len(looks):
         return None
-    free = ~grow(covered, 3)
-    widths = np.array([float(s.width) for s in stances])
-    inside = np.ones(covered.shape, bool)
-    rows, columns = np.indices(covered.shape)
+    inside = _inside(box, covered.shape)
+    edges, inside = _bounded(lab, looks, found, (bases, widths), ~grow(covered, 3), inside)
+    return Top(_like(lab, looks, inside, covered, bases) & ~covered, edges)
+
+
+def _inside(box: tuple[float, float, float, float] | None, size: tuple[int, ...]) -> BoolArray:
+    """(H, W) the pixels in a box, or all of them."""
+    if box is None:
+        return np.ones(size, bool)
+    rows, columns = np.indices(size)
+    return (columns >= box[0]) & (columns < box[2]) & (rows >= box[1]) & (rows < box[3])
+
+
+def _bounded(
+    lab: FloatArray,
+    looks: FloatArray,
+    found: Segments,
+    standing: tuple[FloatArray, FloatArray],
+    free: BoolArray,
+    inside: BoolArray,
+) -> tuple[Segments, BoolArray]:
+    """The edges that end a top, and (H, W) what lies inside them all.
+
+    standing: (N, 2) places that are on it, and (N,) how wide what stands there is, pixels.
+    """
+    bases, widths = standing
+    past = -TOP.max_overhang_ratio * widths
+    lines = {k: _line(found.ends[k], bases) for k in _able(found, free)}
+    lines = {k: v for k, v in lines.items() if not ((bases @ v[:2] + v[2]) < past).any()}
+    tally = partial(_tally, lab, looks=looks, free=free)
     kept: list[int] = []
     # A short side is seen to be whole only once the long ones have cut off the rest of its line.
-    for k in [*_able(found, free), *_able(found, free)]:
-        line = _line(found.ends[k], bases)
-        if k in kept or ((bases @ line[:2] + line[2]) < -TOP.max_overhang_ratio * widths).any():
-            continue
-        if _ends_here(lab, line, found.ends[k], looks, free, inside):
+    for k in [*lines, *lines]:
+        if k not in kept and tally(lines[k], found.ends[k], inside=inside).ends_top():
             kept.append(k)
-            inside &= line[0] * columns + line[1] * rows + line[2] > 0
-    return Top(inside & ~covered, found.only(np.array(kept, int)))
+            inside = inside & _side(lines[k], inside.shape)
+    # Nor are two sides before what looks like the top, until each has cut off the other's rest.
+    left = [
+        k for k in lines if k not in kept and tally(lines[k], found.ends[k], inside=inside).shown
+    ]
+    for a, b in itertools.combinations(left, 2):
+        if a in kept or b in kept:
+            continue
+        by_a, by_b = _side(lines[a], inside.shape), _side(lines[b], inside.shape)
+        one = tally(lines[a], found.ends[a], inside=inside & by_b)
+        if one.ends_with(tally(lines[b], found.ends[b], inside=inside & by_a)):
+            kept += [a, b]
+            inside = inside & by_a & by_b
+    return found.only(np.array(kept, int)), inside
 
 
 def _able(found: Segments, free: BoolArray) -> list[int]:
@@ -111,19 +166,76 @@ def _smooth_lab(image: Image) -> FloatArray:
     return lab * (TOP.lightness_weight, 1.0, 1.0)
 
 
-def _around_feet(lab: FloatArray, stances: Sequence[Stance], covered: BoolArray) -> FloatArray:
-    """(N, 3) colours of what lies around the feet of things, level with them or nearer."""
-    looks = []
-    for stance in stances:
-        x0, _, x1, y1 = stance.box
-        reach = max(8, round(TOP.ring_ratio * (x1 - x0)))
-        ring = np.zeros(covered.shape, bool)
-        top = max(0, y1 - max(4, round(0.15 * stance.height)))
-        ring[top : y1 + reach, max(0, x0 - reach) : x1 + reach] = True
-        ring &= ~grow(covered, 3)
-        own = lab[ring]
-        looks.append(_usual(own[:: max(1, len(own) // 64)]))
-    return np.concatenate(looks) if looks else np.zeros((0, 3))
+def _around_foot(lab: FloatArray, stance: Stance, covered: BoolArray) -> FloatArray:
+    """(N, 3) colours of what lies around the foot of a thing, level with it or nearer."""
+    x0, _, x1, y1 = stance.box
+    reach = max(8, round(TOP.ring_ratio * (x1 - x0)))
+    ring = np.zeros(covered.shape, bool)
+    top = max(0, y1 - max(4, round(0.15 * stance.height)))
+    ring[top : y1 + reach, max(0, x0 - reach) : x1 + reach] = True
+    ring &= ~grow(covered, 3)
+    own = lab[ring]
+    return _usual(own[:: max(1, len(own) // 64)])
+
+
+def _around_clicks(lab: FloatArray, clicks: FloatArray) -> FloatArray:
+    """(M, 3) mean colours around clicks (M, 2) on the top."""
+    reach = max(2, round(TOP.click_ratio * max(lab.shape[:2])))
+    spots = np.round(clicks).astype(int)
+    parts = [
+        lab[max(0, y - reach) : y + reach + 1, max(0, x - reach) : x + reach + 1] for x, y in spots
+    ]
+    return np.array([part.reshape(-1, 3).mean(0) for part in parts])
+
+
+def _alike(looks: FloatArray, own: FloatArray) -> bool:
+    """Whether some of the colours around a foot (N, 3) are those of the top (M, 3)."""
+    if not len(looks):
+        return False
+    near = np.linalg.norm(looks[:, None] - own[None], axis=2).min(1) < TOP.like_lab
+    return bool(near.mean() > TOP.min_alike_share)
+
+
+def _like(
+    lab: FloatArray, looks: FloatArray, inside: BoolArray, covered: BoolArray, bases: FloatArray
+) -> BoolArray:
+    """(H, W) of what lies inside the edges the part that looks like the top, around the bases.
+
+    An end of the top that no edge shows is where its colour stops; shade, reflections and what lies
+    on it do not part it, and what is seen of a level top has no hollows.
+    """
+    off = np.min([np.linalg.norm(lab - look, axis=2) for look in _few(looks)], axis=0)
+    own = (off < TOP.like_lab) & inside & ~covered
+    own |= _shaded(lab, own, inside & ~covered)
+    size = 2 * max(1, round(TOP.gap_ratio * max(inside.shape))) + 1
+    disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))
+    like = (own | (covered & inside)).astype(np.uint8)
+    like = cv2.morphologyEx(cv2.morphologyEx(like, cv2.MORPH_CLOSE, disc), cv2.MORPH_OPEN, disc)
+    _, parts = cv2.connectedComponents(like)
+    x, y = np.clip(np.round(bases).astype(int).T, 0, np.array(inside.shape[::-1])[:, None] - 1)
+    held = set(parts[y, x].tolist()) - {0}
+    if not held:
+        return inside
+    points = cv2.findNonZero((np.isin(parts, list(held)) & ~grow(covered, size)).astype(np.uint8))
+    whole = np.zeros(inside.shape, np.uint8)
+    cv2.fillConvexPoly(whole, cv2.convexHull(points), 1)
+    return inside & (whole > 0)
+
+
+def _shaded(lab: FloatArray, own: BoolArray, inside: BoolArray) -> BoolArray:
+    """(H, W) where light fades so gently from what looks like the top that it is still the top."""
+    slope = np.hypot(*(np.gradient(lab, axis=axis) for axis in (0, 1))).max(2)
+    gentle = ((slope < TOP.max_slope_lab) & inside).astype(np.uint8)
+    count, parts = cv2.connectedComponents(gentle)
+    sizes = np.bincount(parts.ravel(), minlength=count)
+    share = np.bincount(parts.ravel(), own.ravel(), count) / np.maximum(sizes, 1)
+    share[0] = 0.0
+    return (share > TOP.min_lit_share)[parts]
+
+
+def _few(looks: FloatArray) -> FloatArray:
+    """Of colours (N, 3) at most sixteen."""
+    return looks[:: max(1, -(-len(looks) // 16))]
 
 
 def _usual(looks: FloatArray) -> FloatArray:
@@ -149,23 +261,62 @@ def _line(ends: FloatArray, bases: FloatArray) -> FloatArray:
     return line if float(np.median(bases @ line[:2] + line[2])) > 0 else -line
 
 
-def _ends_here(
+@dataclass(frozen=True, slots=True)
+class _Tally:
+    """Places along a line that have the top on their near side: `edge` where something else lies
+    beyond, `on` where the top goes on; seen: places where the near side is seen; shown: whether
+    most of the edge itself is such an edge; side: longer side of the picture, pixels."""
+
+    edge: int
+    on: int
+    seen: int
+    shown: bool
+    side: int
+
+    @property
+    def whole(self) -> bool:
+        """Whether nearly all that is seen of the line is an edge."""
+        return self.edge >= TOP.min_end_share * (self.edge + self.on)
+
+    def is_long(self, ratio: float) -> bool:
+        """Whether the edge is longer along its line than that part of the picture's side."""
+        return self.edge * TOP.spacing_px > ratio * self.side
+
+    def ends_top(self) -> bool:
+        """Whether the top ends at the line by itself."""
+        # A side of a top that is seen flat is short: it does where it is all that is left of it.
+        short = self.edge > TOP.whole_share * self.seen
+        return (
+            self.shown
+            and self.whole
+            and self.is_long(TOP.min_whole_ratio if short else TOP.min_line_ratio)
+        )
+
+    def ends_with(self, other: "_Tally") -> bool:
+        """Whether the top ends at both of two lines, each tallied as far as the other lets it."""
+        both = replace(self, edge=self.edge + other.edge, on=self.on + other.on)
+        each = all(t.shown and t.is_long(TOP.min_whole_ratio) for t in (self, other))
+        return each and both.whole and both.is_long(TOP.min_line_ratio)
+
+
+def _tally(
     lab: FloatArray,
     line: FloatArray,
     ends: FloatArray,
     looks: FloatArray,
     free: BoolArray,
     inside: BoolArray,
-) -> bool:
-    """Whether the top ends at a line, wherever the top is seen on the near side of it.
+) -> _Tally:
+    """What lies beside a line, wherever the top is seen on the near side of it.
 
     ends: (2, 2) of the edge itself. free: (H, W) pixels of no thing. inside: those where the top
     may still be.
     """
+    side = max(free.shape)
     spots = _across_picture(line, free.shape)
     if not len(spots):
-        return False
-    strip = np.linspace(0.004, 0.016, 5) * max(free.shape)
+        return _Tally(0, 0, 0, False, side)
+    strip = np.linspace(0.004, 0.016, 5) * side
     near, seen = _beside(lab, spots, line[:2], strip, free & inside)
     far, beyond = _beside(lab, spots, -line[:2], strip, np.ones_like(free))
     off = np.linalg.norm(near[:, None] - looks[None], axis=2).min(1)
@@ -175,11 +326,14 @@ def _ends_here(
     on = seen & (off < TOP.min_step_lab) & (step < TOP.min_step_lab)
     share = ((spots - ends[0]) @ (ends[1] - ends[0])) / float(np.sum((ends[1] - ends[0]) ** 2))
     own = (share > 0) & (share < 1) & _beside(lab, spots, line[:2], strip, free)[1]
-    # A side of a top that is seen flat is short: it does where it is all that is left of its line.
-    least = TOP.min_whole_ratio if edge.sum() > TOP.whole_share * seen.sum() else TOP.min_line_ratio
-    long = edge.sum() * TOP.spacing_px > least * max(free.shape)
-    clear = (edge & own).sum() > TOP.min_own_share * own.sum()
-    return bool(long and clear and edge.sum() >= TOP.min_end_share * (edge | on).sum())
+    shown = bool((edge & own).sum() > TOP.min_own_share * own.sum())
+    return _Tally(int(edge.sum()), int(on.sum()), int(seen.sum()), shown, side)
+
+
+def _side(line: FloatArray, size: tuple[int, ...]) -> BoolArray:
+    """(H, W) the pixels on the side of a line where the bases are."""
+    rows, columns = np.indices(size)
+    return line[0] * columns + line[1] * rows + line[2] > 0
 
 
 def _across_picture(line: FloatArray, size: tuple[int, ...]) -> FloatArray:

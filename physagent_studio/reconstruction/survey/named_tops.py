@@ -66,32 +66,32 @@ def with_tops(case: Case, state: SceneState, look: Look) -> tuple[Look, dict[str
             found[support.name] = top
     min_overlap = 0.5  # IoU, 0.3..0.9: from which a clicked mask and a bounded top are one
     for support in clicked:
-        own = [stance for name, stance in look.stances.items() if first.on[name] == support.name]
-        top = _top(look, unit, edges, own)
+        said = support.grounding
+        points = said.points if said.box is None else ()
+        clicks = np.array([(c.x, c.y) for c in points if c.label]).reshape(-1, 2)
+        # What grew into a speck tells nothing of what stands on the whole.
+        near = [
+            stance
+            for name, stance in look.stances.items()
+            if first.on[name] in (support.name, FLOOR) and not stance.aloft
+        ]
+        top = _top(look, unit, edges, near, clicks, said.box)
         masks = [mask & ~look.covered for mask in look.offers[support.name]]
         if top is None:
             continue
-        said = support.grounding
         chosen = said.settled or said.candidate > 0
-        if said.box is not None and not chosen and not _fills(masks[0], said.box):
-            found[support.name] = _within(top, said.box)
-        elif max(iou(mask, top.region) for mask in masks) > min_overlap:
+        alike = max(iou(mask, top.region) for mask in masks) > min_overlap
+        more = said.box is None and _is_part(top.region, masks[0])
+        if alike or not (chosen or more):
             found[support.name] = top
     tops = {name: top.region for name, top in found.items()}
     return replace(look, regions={**look.regions, **tops}), found
 
 
-def _fills(mask: BoolArray, box: tuple[float, float, float, float]) -> bool:
-    """Whether a mask is more than a speck of the box that a person has drawn around its thing."""
-    least_share = 0.05  # share, 0.01..0.3: of the box: a shade or a board of the top is less
-    return float(mask.sum()) > least_share * (box[2] - box[0]) * (box[3] - box[1])
-
-
-def _within(top: Top, box: tuple[float, float, float, float]) -> Top:
-    """The top as far as a box (left, top, right, bottom, pixels) goes."""
-    rows, columns = np.indices(top.region.shape)
-    inside = (columns >= box[0]) & (columns < box[2]) & (rows >= box[1]) & (rows < box[3])
-    return replace(top, region=top.region & inside)
+def _is_part(top: BoolArray, mask: BoolArray) -> bool:
+    """Whether a top is only a part of the mask that has grown from a click: of one colour of it."""
+    min_share = 0.7  # share, 0.5..0.95: of the top that lies on the mask
+    return float((mask & top).sum()) > min_share * float(top.sum())
 
 
 def _clicked(state: SceneState, look: Look) -> list[Support]:
@@ -110,13 +110,31 @@ def _clicked(state: SceneState, look: Look) -> list[Support]:
     ]
 
 
-def _top(look: Look, unit: Camera, edges: Segments, standing: Sequence[Stance]) -> Top | None:
-    """The level top on which things are seen to stand."""
+def _top(
+    look: Look,
+    unit: Camera,
+    edges: Segments,
+    standing: Sequence[Stance],
+    clicks: FloatArray | None = None,
+    box: tuple[float, float, float, float] | None = None,
+) -> Top | None:
+    """The level top on which things are seen to stand, those of them that stand in a box."""
     bases = _bases(unit, standing)
+    if box is not None:
+        feet = np.array([stance.foot for stance in standing]).reshape(-1, 2)
+        bases = np.where(_within(bases, box)[:, None], bases, feet)
+        bases[~_within(feet, box)] = np.nan
     seen = [k for k, base in enumerate(bases) if np.isfinite(base).all()]
     if not seen:
         return None
-    return top_around(look.image, edges, [standing[k] for k in seen], bases[seen], look.covered)
+    return top_around(
+        look.image, edges, [standing[k] for k in seen], bases[seen], look.covered, clicks, box
+    )
+
+
+def _within(places: FloatArray, box: tuple[float, float, float, float]) -> BoolArray:
+    """(N,) whether places (N, 2) lie in a box (left, top, right, bottom), pixels."""
+    return np.asarray(((places > box[:2]) & (places < box[2:])).all(1))
 
 
 def said(state: SceneState) -> list[str]:

@@ -82,7 +82,7 @@ def test_the_edges_that_end_a_top_are_told_from_joints_between_its_boards(corner
 
 
 def test_two_edges_before_a_wall_of_the_colour_of_the_tops_shade_end_it_together():
-    """Each goes on over the wall, where the wall looks like the shade at the feet, on both sides."""
+    """Each goes on over the wall, which looks like the shade at the feet on both sides of it."""
     picture, table, box = _drawn(CORNER)
     rows, columns = np.indices(table.shape)
     wall = (150, 155, 165)

@@ -92,8 +92,8 @@ def top_around(
         own = _around_clicks(lab, clicks)
         on = np.array([_alike(foot, own) for foot in feet], bool)
         feet = [foot for foot, there in zip(feet, on, strict=True) if there]
-        bases = np.concatenate([bases[on], clicks])
-        widths = np.concatenate([widths[on], np.zeros(len(clicks))])
+        # A click may lie on the front below the top: it bounds nothing.
+        bases, widths = bases[on], widths[on]
     looks = np.concatenate(feet) if feet else np.zeros((0, 3))
     if not len(looks):
         return None

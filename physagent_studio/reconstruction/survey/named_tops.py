@@ -69,13 +69,9 @@ def with_tops(case: Case, state: SceneState, look: Look) -> tuple[Look, dict[str
         said = support.grounding
         points = said.points if said.box is None else ()
         clicks = np.array([(c.x, c.y) for c in points if c.label]).reshape(-1, 2)
-        # What grew into a speck tells nothing of what stands on the whole.
-        near = [
-            stance
-            for name, stance in look.stances.items()
-            if first.on[name] in (support.name, FLOOR) and not stance.aloft
-        ]
-        top = _top(look, unit, edges, near, clicks, said.box)
+        own = [stance for name, stance in look.stances.items() if first.on[name] == support.name]
+        # Where it grew into a speck, that does not tell what stands on the whole.
+        top = _top(look, unit, edges, own or loose, clicks, said.box)
         masks = [mask & ~look.covered for mask in look.offers[support.name]]
         if top is None:
             continue

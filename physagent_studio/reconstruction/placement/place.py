@@ -29,6 +29,7 @@ from physagent_studio.reconstruction.placement.bases import (
 )
 from physagent_studio.reconstruction.placement.basins import standing_for
 from physagent_studio.reconstruction.placement.depenetration import moved_apart
+from physagent_studio.reconstruction.placement.hidden_tops import with_hidden_tops
 from physagent_studio.reconstruction.placement.resting import settled
 from physagent_studio.reconstruction.placement.seats import SEAT, bearers, seat_below
 from physagent_studio.reconstruction.placement.tilted import tilt_of
@@ -87,6 +88,7 @@ def place_all(
 ) -> Placed:
     """Every object with its open fields filled."""
     read = ground.read
+    ground = replace(ground, masks=with_hidden_tops(ground.masks, read.on))
     order = [item for item in _from_the_ground(objects, read) if item.name in ground.stances]
     done = _placed(order, ground, {}, tick)
     offers = {name: one.offers for name, one in done.items()}

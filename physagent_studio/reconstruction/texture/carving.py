@@ -71,7 +71,8 @@ def carved(sight: Sight, item: SceneObject, mesh: Mesh) -> Mesh:
     slender = has_slender_parts(mask, sight.camera, item.shape)
     if elsewhere or (before >= PART.enough_iou and not slender):
         return mesh
-    laid = _along_sight(sight, item, mask, world)
+    whole = mask if sight.behind is None else mask | sight.behind
+    laid = _along_sight(sight, item, whole, world)
     after = iou(sight.drawn(in_world(item, laid), laid.faces), mask)
     gain = -PART.max_slender_loss if slender else FITTING.min_gain
     return laid if after > before + gain else mesh

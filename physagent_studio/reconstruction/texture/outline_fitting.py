@@ -63,13 +63,15 @@ LEFT = ("meshed",)
 class Sight:
     """The mask (H, W) that a look is led to. free: (H, W) where the thing would be seen.
 
-    up: (3,) unit normal of what it stands on, world; None for what hangs in the air.
+    up: (3,) unit normal of what it stands on, world; None for what hangs in the air. behind:
+    (H, W) what is known of it behind other things; None for nothing.
     """
 
     camera: Camera
     mask: BoolArray
     free: BoolArray
     up: FloatArray | None
+    behind: BoolArray | None = None
 
     def drawn(self, world: FloatArray, faces: NDArray[np.int32]) -> BoolArray:
         """(H, W) the silhouette of a mesh in world places where nothing hides it."""
@@ -164,10 +166,11 @@ def _standing(sight: Sight, first: FloatArray, moved: FloatArray, as_drawn: bool
     ray = moved[foot] - eye
     down = ray @ sight.up
     share = np.divide(-rise[foot], down, out=np.zeros_like(down), where=np.abs(down) > 1e-9)
-    slide = share[:, None] * ray
+    slide = moved[foot] + share[:, None] * ray - first[foot]
+    # From where it stood at first: seen nearly edge-on, a pixel is a long way, map by map.
     most = FITTING.slide_share * float(np.ptp(first, axis=0).max())
     slide *= np.minimum(1, most / np.maximum(np.linalg.norm(slide, axis=1), 1e-9))[:, None]
-    out[foot] = moved[foot] + slide
+    out[foot] = first[foot] + slide
     if as_drawn:
         out[foot] = first[foot]
     out[foot] -= np.outer(out[foot] @ sight.up - height[foot], sight.up)

@@ -12,6 +12,7 @@ from physagent_studio.program.scene.aloft import AIR
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import Ramp, SceneObject, SceneState, Support
 from physagent_studio.reconstruction.photo.regions import BoolArray, grow
+from physagent_studio.reconstruction.placement.hidden_tops import with_hidden_tops
 from physagent_studio.reconstruction.shapes.silhouettes import in_world
 from physagent_studio.reconstruction.texture.carving import carved, with_parts
 from physagent_studio.reconstruction.texture.outline_fitting import (
@@ -72,6 +73,7 @@ def sights_of(
     placed = [item for item in objects if item.name in meshes and item.position is not None]
     near = {item.name: _distance(camera, item, meshes[item.name]) for item in placed}
     solid = {support.name: support for support in supports}
+    whole = with_hidden_tops(masks, {item.name: item.support or AIR for item in placed})
     out = {}
     for item in placed:
         mask = masks[item.name]
@@ -79,7 +81,7 @@ def sights_of(
         for other in placed:
             if other.name != item.name and _hides(other, item, near):
                 free &= ~masks[other.name] | mask
-        out[item.name] = Sight(camera, mask, free, _up(item, solid))
+        out[item.name] = Sight(camera, mask, free, _up(item, solid), whole[item.name] & ~mask)
     return out
 
 

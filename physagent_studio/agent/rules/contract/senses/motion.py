@@ -22,6 +22,8 @@ from physagent_studio.agent.rules.contract.senses.whereabouts import (
     along,
     downstairs,
     landed_on,
+    lands_on,
+    to_ground,
     was_raised,
 )
 from physagent_studio.agent.rules.contract.senses.yielding import wind
@@ -348,9 +350,9 @@ def bounce(c: Context) -> list[Spec]:
         # That it touches it is demanded where it is told.
         return [spec("reverses", c.subject, angle=90.0)]
     if (flight := c.frame.place("down")) and descents(c.layout, c.subject):
-        if steps_below(c.layout, c.subject):
-            return [*downstairs(c), spec("airborne", c.subject, seconds=0.1)]
-        return [*downstairs(c), spec("bounces", c.subject, other=flight.name)]
+        hops = spec("bounces", c.subject, other=flight.name)
+        free = spec("airborne", c.subject, seconds=0.1)
+        return [*downstairs(c), free if steps_below(c.layout, c.subject) else hops, *to_ground(c)]
     inside = c.frame.place("in", "into")
     if inside is not None and inside.kind != "group":
         # "Bounces into the box": it leaps, and is in it.
@@ -360,7 +362,7 @@ def bounce(c: Context) -> list[Spec]:
     if off is not None and off.kind == "group" and c.earlier and (struck := met(c.earlier[-1])):
         # "Rolls into the rock, bounces off": off the rock.
         named = struck[0]
-    other = named or landed_on(c) or _lands_on(c)
+    other = named or landed_on(c) or lands_on(c)
     if c.frame.count is not None:
         return [spec("bounces", c.subject, other=other, times=c.frame.count), *_low(c)]
     thing = c.layout.state.object(other) is not None and c.layout.carrier(c.subject) is not None
@@ -380,14 +382,6 @@ def _low(c: Context) -> list[Spec]:
         return []
     high = c.length(2.0, 0.1, 0.5)
     return [spec("moves", c.subject, distance=high, direction="up", negated=True)]
-
-
-def _lands_on(c: Context) -> str:
-    """What it bounces on that nothing names: where it stands, unless it came off that."""
-    here, gone = c.layout.base(c.subject), ("fall", "leave", "slip", "land")
-    told = c.reading.frames[: c.index + 1]
-    off = any(f.sense in gone or f.place("off", "from", "over") for f in told)
-    return c.layout.ground() if off or here is None else here
 
 
 def slip(c: Context) -> list[Spec]:

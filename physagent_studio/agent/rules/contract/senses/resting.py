@@ -186,6 +186,9 @@ def _is_moved(c: Context, name: str) -> bool:
 
 def be(c: Context) -> list[Spec]:
     """How things are: at the beginning, or, after they moved, at the end."""
+    if c.frame.posture == "still" and c.frame.link == "while":
+        # "… while the lamp hangs still": all the time.
+        return stay(c)
     if c.earlier and c.frame.link != "which" and _has_acted(c):
         return _ends(c)
     if c.frame.direction == "up" and c.frame.posture == "upright":

@@ -145,6 +145,22 @@ def downstairs(c: Context) -> list[Spec]:
     return [*found, spec("moves", c.subject, distance=most, direction="down", negated=True)]
 
 
+def lands_on(c: Context) -> str:
+    """What it bounces on that nothing names: where it stands, unless it came off that."""
+    here, gone = c.layout.base(c.subject), ("fall", "leave", "slip", "land")
+    told = c.reading.frames[: c.index + 1]
+    off = any(f.sense in gone or f.place("off", "from", "over") for f in told)
+    return c.layout.ground() if off or here is None else here
+
+
+def to_ground(c: Context) -> list[Spec]:
+    """ "… down the stairs to the floor": it gets there."""
+    place = c.frame.place("toward", "to", "until")
+    if place is None or not is_ground(c, place):
+        return []
+    return [spec("contacts", c.subject, other=c.layout.ground())]
+
+
 def _is_ramp(c: Context, place: Place) -> bool:
     support = c.layout.state.support(place.name)
     return support is not None and isinstance(support.shape, Ramp) and not place.part

@@ -10,7 +10,7 @@ ROWS, COLUMNS = np.indices((100, 120))
 
 
 def _block(x0: int, x1: int, y0: int, y1: int) -> np.ndarray:
-    return (COLUMNS >= x0) & (COLUMNS < x1) & (ROWS >= y0) & (ROWS < y1)
+    return (x0 <= COLUMNS) & (x1 > COLUMNS) & (y0 <= ROWS) & (y1 > ROWS)
 
 
 def test_a_seat_goes_on_behind_the_box_on_it():

@@ -68,6 +68,7 @@ BODIES = {
     "gloss off": "gloss too",
     "plain balls": "what changes slowly over a ball of one colour is light",
     "rim shade": "shade at a ball's rim is light, not its colour",
+    "hidden tops": "what carries something goes on behind it",
     "usual depths": "boxes are as deep as their name tells",
     "round bodies": "the sides of a cube around a ball show the first one again",
     "things once": "what is there once is not repeated",

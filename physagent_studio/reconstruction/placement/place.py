@@ -19,6 +19,7 @@ from physagent_studio.reconstruction.camera.rays import (
     on_upright,
 )
 from physagent_studio.reconstruction.grounding.same_kind import alike
+from physagent_studio.reconstruction.masks.hidden_tops import with_hidden_tops
 from physagent_studio.reconstruction.photo.line_segments import Segments
 from physagent_studio.reconstruction.photo.regions import BoolArray, bounds, iou
 from physagent_studio.reconstruction.placement.bases import (
@@ -29,7 +30,6 @@ from physagent_studio.reconstruction.placement.bases import (
 )
 from physagent_studio.reconstruction.placement.basins import standing_for
 from physagent_studio.reconstruction.placement.depenetration import moved_apart
-from physagent_studio.reconstruction.placement.hidden_tops import with_hidden_tops
 from physagent_studio.reconstruction.placement.resting import settled
 from physagent_studio.reconstruction.placement.seats import SEAT, bearers, seat_below
 from physagent_studio.reconstruction.placement.tilted import tilt_of

@@ -43,13 +43,12 @@ def resolve(
 ) -> tuple[tuple[Support, ...], tuple[str, ...]]:
     """The supports with their shapes, a floor added where there is none, and what stays open.
 
-    tops: of supports that are known by name alone. shown: the photo, in which the
+    tops: whose edges were found. shown: the photo, in which the
     ends of level tops are looked up. The second value are sentences about supports that could not
     be resolved.
     """
     out: list[Support] = []
     flags: list[str] = []
-    unseen_m = 0.25  # 0..1: how far a top that nobody clicked goes on outside the picture
     rail_ratio = 0.06  # 0.02..0.2: over the outer width of the pair
     for support in state.supports:
         if support.shape is not None or support.name in read.basins:
@@ -59,7 +58,7 @@ def resolve(
         shape = (
             _shape(support, read, stances, regions, found)
             if top is None
-            else _slab(support, read, stances, {support.name: top.region}, top.edges, (), unseen_m)
+            else _top_slab(support, read, stances, top)
         )
         if isinstance(shape, Ramp):
             shape = with_steps(support, shape)
@@ -123,7 +122,10 @@ def _slab(
     found: Segments,
     clicks: Sequence[tuple[float, float]],
     beyond: float = math.inf,
+    *,
+    ends_seen: bool = False,
 ) -> Slab | None:
+    """ends_seen: in the picture the top ends where its region does, edge or no edge."""
     if support.name in read.blocks:
         return read.blocks[support.name].slab(read.camera.position[2])
     top, thickness = _board(support, read)
@@ -134,12 +136,19 @@ def _slab(
     if region is None:
         width, height = read.camera.size
         region = np.zeros((height, width), bool)
-    # Ends of a box, and of the colour of what was clicked, are ends of the top.
-    boxed = support.grounding.box is not None or (
-        math.isfinite(beyond) and support.grounding.shows_something
-    )
+    boxed = ends_seen or support.grounding.box is not None
     sides = (clicks, thickness, beyond)
     return fit_slab(read.camera, top, region, found, feet, halves, *sides, boxed=boxed)
+
+
+def _top_slab(
+    support: Support, read: Survey, stances: Mapping[str, Stance], top: Top
+) -> Slab | None:
+    """The slab of a top whose edges were found; what nobody marked may go on where none is seen."""
+    unseen_m = 0.25  # 0..1: how far such a top goes on outside the picture
+    region = {support.name: top.region}
+    marked = support.grounding.shows_something
+    return _slab(support, read, stances, region, top.edges, (), unseen_m, ends_seen=marked)
 
 
 def _is_fitted(support: Support, read: Survey) -> bool:

@@ -1,10 +1,11 @@
-"""A level top that things are seen to stand on, though nobody clicked it: bounded by its edges.
+"""A level top that things are seen to stand on: bounded by its edges, and else by its colour.
 
 What fills most of a picture, a table or a counter seen from near by, is no region that grows from
 a click: grain, light and reflections divide it. Its edges are found instead. A line of the
 picture ends the top where the side towards the things looks like what is around their feet and the
 other side does not, along most of the line: joints between boards, and the edges of what lies
-on the top, have the top on both sides of them somewhere on their way.
+on the top, have the top on both sides of them somewhere on their way. Where no edge is seen to end
+it, it goes as far as it looks like that, shaded or lit.
 """
 
 import itertools
@@ -25,7 +26,7 @@ from physagent_studio.records.case import Image
 
 @dataclass(frozen=True, slots=True)
 class TopSettings:
-    """Which lines of the picture end a top that nobody clicked."""
+    """Which lines of the picture end a top, and what looks like it."""
 
     # 0.02..0.2: over the longer side: shorter edges are grain and things
     min_edge_ratio: float = 0.06
@@ -80,10 +81,10 @@ def top_around(
     """The level top on which things stand, as far as the picture shows it.
 
     found: edges of the picture. stances: of the things. bases: (N, 2) pixels of the middles of
-    what they stand with. covered: (H, W) pixels of all things. clicks: (M, 2) pixels of the top;
-    where they are given, what stands elsewhere may be among the things. box: left, top, right,
-    bottom, pixels, what a person has drawn around it. None where the ground around their feet is
-    not seen.
+    what they stand with. covered: (H, W) pixels of all things. clicks: (M, 2) pixels of the top or
+    of its front; where they are given, what stands elsewhere may be among the things. box: left,
+    top, right, bottom, pixels, what a person has drawn around it. None where the ground around
+    their feet is not seen, or of what is marked too little is.
     """
     lab = _smooth_lab(image)
     feet = [_around_foot(lab, stance, covered) for stance in stances]
@@ -99,7 +100,11 @@ def top_around(
         return None
     inside = _inside(box, covered.shape)
     edges, inside = _bounded(lab, looks, found, (bases, widths), ~grow(covered, 3), inside)
-    return Top(_like(lab, looks, inside, covered, bases) & ~covered, edges)
+    region = _like(lab, looks, inside, covered, bases)
+    if not region.any():
+        marked = box is not None or (clicks is not None and len(clicks) > 0)
+        return None if marked else Top(inside & ~covered, edges)
+    return Top(region & ~covered, edges)
 
 
 def _inside(box: tuple[float, float, float, float] | None, size: tuple[int, ...]) -> BoolArray:
@@ -134,17 +139,18 @@ def _bounded(
             kept.append(k)
             inside = inside & _side(lines[k], inside.shape)
     # Nor are two sides before what looks like the top, until each has cut off the other's rest.
-    left = [
-        k for k in lines if k not in kept and tally(lines[k], found.ends[k], inside=inside).shown
-    ]
+    left = {
+        k: _side(lines[k], inside.shape)
+        for k in lines
+        if k not in kept and tally(lines[k], found.ends[k], inside=inside).shown
+    }
     for a, b in itertools.combinations(left, 2):
         if a in kept or b in kept:
             continue
-        by_a, by_b = _side(lines[a], inside.shape), _side(lines[b], inside.shape)
-        one = tally(lines[a], found.ends[a], inside=inside & by_b)
-        if one.ends_with(tally(lines[b], found.ends[b], inside=inside & by_a)):
+        one = tally(lines[a], found.ends[a], inside=inside & left[b])
+        if one.ends_with(tally(lines[b], found.ends[b], inside=inside & left[a])):
             kept += [a, b]
-            inside = inside & by_a & by_b
+            inside = inside & left[a] & left[b]
     return found.only(np.array(kept, int)), inside
 
 
@@ -199,7 +205,8 @@ def _alike(looks: FloatArray, own: FloatArray) -> bool:
 def _like(
     lab: FloatArray, looks: FloatArray, inside: BoolArray, covered: BoolArray, bases: FloatArray
 ) -> BoolArray:
-    """(H, W) of what lies inside the edges the part that looks like the top, around the bases.
+    """(H, W) of what lies inside the edges the part that looks like the top, around the bases; none
+    where too little of it is seen.
 
     An end of the top that no edge shows is where its colour stops; shade, reflections and what lies
     on it do not part it, and what is seen of a level top has no hollows.
@@ -214,10 +221,11 @@ def _like(
     _, parts = cv2.connectedComponents(like)
     x, y = np.clip(np.round(bases).astype(int).T, 0, np.array(inside.shape[::-1])[:, None] - 1)
     held = set(parts[y, x].tolist()) - {0}
-    if not held:
-        return inside
-    points = cv2.findNonZero((np.isin(parts, list(held)) & ~grow(covered, size)).astype(np.uint8))
+    seen = np.isin(parts, list(held)) & ~grow(covered, size)
     whole = np.zeros(inside.shape, np.uint8)
+    if not seen.any():
+        return whole > 0
+    points = cv2.findNonZero(seen.astype(np.uint8))
     cv2.fillConvexPoly(whole, cv2.convexHull(points), 1)
     return inside & (whole > 0)
 

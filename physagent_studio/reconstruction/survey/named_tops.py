@@ -45,8 +45,9 @@ def unclicked(state: SceneState) -> tuple[Support, ...]:
 def with_tops(case: Case, state: SceneState, look: Look) -> tuple[Look, dict[str, Top]]:
     """The look with the regions of level tops that are bounded by their edges; and those tops.
 
-    On a table that is known by name alone stands what nobody said stands elsewhere. The top of a
-    clicked one counts where one of the masks for the click is much the same.
+    On a table that is known by name alone stands what nobody said stands elsewhere. The top of one
+    that is clicked or boxed counts for more than what grew from there, unless a person chose that,
+    or the top is only a part of what grew from a click.
     """
     named, clicked = unclicked(state), _clicked(state, look)
     if not named and not clicked:
@@ -77,8 +78,8 @@ def with_tops(case: Case, state: SceneState, look: Look) -> tuple[Look, dict[str
             continue
         chosen = said.settled or said.candidate > 0
         alike = max(iou(mask, top.region) for mask in masks) > min_overlap
-        more = said.box is None and _is_part(top.region, masks[0])
-        if alike or not (chosen or more):
+        part = said.box is None and _is_part(top.region, masks[0])
+        if alike or not (chosen or part):
             found[support.name] = top
     tops = {name: top.region for name, top in found.items()}
     return replace(look, regions={**look.regions, **tops}), found

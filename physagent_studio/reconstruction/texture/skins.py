@@ -11,8 +11,8 @@ import numpy as np
 from physagent_studio.program.scene.aloft import AIR
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import Ramp, SceneObject, SceneState, Support
+from physagent_studio.reconstruction.masks.hidden_tops import with_hidden_tops
 from physagent_studio.reconstruction.photo.regions import BoolArray, grow
-from physagent_studio.reconstruction.placement.hidden_tops import with_hidden_tops
 from physagent_studio.reconstruction.shapes.silhouettes import in_world
 from physagent_studio.reconstruction.texture.carving import carved, with_parts
 from physagent_studio.reconstruction.texture.outline_fitting import (

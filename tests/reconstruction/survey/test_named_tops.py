@@ -18,7 +18,7 @@ from physagent_studio.program.scene.state import (
 )
 from physagent_studio.reconstruction import reconstruct
 from physagent_studio.reconstruction.photo.line_segments import segments
-from physagent_studio.reconstruction.photo.regions import bounds, iou
+from physagent_studio.reconstruction.photo.regions import bounds, grow, iou
 from physagent_studio.reconstruction.supports import stances as layout
 from physagent_studio.reconstruction.supports.tabletops import top_around
 from physagent_studio.reconstruction.survey.named_tops import with_tops
@@ -94,6 +94,16 @@ def test_two_edges_before_a_wall_of_the_colour_of_the_tops_shade_end_it_together
     top = top_around(picture, segments(picture), [stance], base, box)
     assert top is not None
     assert iou(top.region, table) > 0.95
+
+
+def test_a_marked_top_of_which_hardly_more_than_a_rim_is_seen_is_not_found():
+    """Not the whole picture then, nor an error: what grew from the mark stays."""
+    picture, _, box = _drawn(CORNER)
+    stance = layout.read({"box": box})["box"]
+    picture[~grow(box, 8)] = (20, 200, 40)
+    base = CAMERA.project(np.array([(0.0, 0.54, TOP)]))[0]
+    frame = (0.0, 0.0, float(SIZE[0]), float(SIZE[1]))
+    assert top_around(picture, segments(picture), [stance], base, box, box=frame) is None
 
 
 def test_without_ground_around_its_feet_nothing_is_said():

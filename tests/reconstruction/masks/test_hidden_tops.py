@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from physagent_studio.reconstruction.placement.hidden_tops import with_hidden_tops
+from physagent_studio.reconstruction.masks.hidden_tops import with_hidden_tops
 
 ROWS, COLUMNS = np.indices((100, 120))
 

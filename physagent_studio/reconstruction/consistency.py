@@ -22,7 +22,7 @@ from physagent_studio.records.scene import Finding, Mesh
 class ConsistencySettings:
     """When parts of a picture contradict one another."""
 
-    max_hidden_share: float = 0.2  # 0.1..0.6: of a seen thing behind a support as reconstructed
+    max_hidden_share: float = 0.1  # 0.05..0.6: of a seen thing behind a support as reconstructed
     max_horizon_sigmas: float = 4.0  # 2..8: between a stated horizon and that of the lines
 
 

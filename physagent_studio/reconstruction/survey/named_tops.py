@@ -55,11 +55,14 @@ def with_tops(case: Case, state: SceneState, look: Look) -> tuple[Look, dict[str
     first = first_sight(state, look)
     unit = unit_camera(case, state, look.size, first.horizon(case, state))
     edges = with_hues(look.image, look.found)
-    loose = [
-        stance
+    floored = {
+        name: stance
         for name, stance in look.stances.items()
         if first.on[name] == FLOOR and not stance.aloft
-    ]
+    }
+    loose = list(floored.values())
+    stated = {item.name for item in state.objects if item.support is not None}
+    unsaid = [stance for name, stance in floored.items() if name not in stated]
     found: dict[str, Top] = {}
     for support in named:
         top = _top(look, unit, edges, loose)
@@ -67,18 +70,18 @@ def with_tops(case: Case, state: SceneState, look: Look) -> tuple[Look, dict[str
             found[support.name] = top
     min_overlap = 0.5  # IoU, 0.3..0.9: from which a clicked mask and a bounded top are one
     for support in clicked:
-        said = support.grounding
-        points = said.points if said.box is None else ()
+        mark = support.grounding
+        points = mark.points if mark.box is None else ()
         clicks = np.array([(c.x, c.y) for c in points if c.label]).reshape(-1, 2)
         own = [stance for name, stance in look.stances.items() if first.on[name] == support.name]
         # Where it grew into a speck, that does not tell what stands on the whole.
-        top = _top(look, unit, edges, own or loose, clicks, said.box)
+        top = _top(look, unit, edges, own or unsaid, clicks, mark.box)
         masks = [mask & ~look.covered for mask in look.offers[support.name]]
         if top is None:
             continue
-        chosen = said.settled or said.candidate > 0
+        chosen = mark.settled or mark.candidate > 0
         alike = max(iou(mask, top.region) for mask in masks) > min_overlap
-        part = said.box is None and _is_part(top.region, masks[0])
+        part = mark.box is None and _is_part(top.region, masks[0])
         if alike or not (chosen or part):
             found[support.name] = top
     tops = {name: top.region for name, top in found.items()}

@@ -32,6 +32,7 @@ PLATES = {
     "scraps": "small bits that stand out of smooth ground beside it leave too",
     "floor reflections": "mirror images on polished ground leave",
     "cast shadows": "shade at the feet leaves",
+    "dimmed ground": "ground of any pattern with less light than around it is shade",
     "detached shadows": "the shadow on the ground of what is in the air leaves",
     "shade of stacks": "what stands on a thing makes its shade longer",
     "deeper shade": "darker and darker shade is tried where it ends at paint",

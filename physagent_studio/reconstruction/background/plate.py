@@ -19,6 +19,7 @@ from physagent_studio.program.scene.state import Support
 from physagent_studio.reconstruction.background.bystanders import bystanders
 from physagent_studio.reconstruction.background.cast_shadows import shaded
 from physagent_studio.reconstruction.background.detached_shadows import detached
+from physagent_studio.reconstruction.background.dimmed_ground import Shade, dimmed
 from physagent_studio.reconstruction.background.edges_through import (
     drawn,
     restored,
@@ -71,7 +72,12 @@ def background(
     if camera is not None and at_work("faces"):
         faces = surfaces(photo, hole_of(masks, photo.shape[:2]), camera, solid)
     found = None if found is None else with_hues(photo, found)
+    edges = np.zeros(photo.shape[:2], bool)
+    if camera is not None and faces is not None and at_work("dimmed ground"):
+        light = _shade_of(photo, _loose(masks, [*rooted, *aloft]), camera, faces)
+        photo, edges = light.lifted(photo), light.edges
     hole, shade = taken_out(photo, masks, faces, rooted, aloft)
+    hole, shade = hole | edges, shade | edges
     between()
     if camera is not None and at_work("edges of supports"):
         lines = np.concatenate([lines, edges_of(photo, hole, camera, solid)])
@@ -95,6 +101,22 @@ def background(
     return plate
 
 
+def _loose(masks: Sequence[BoolArray], rooted: Sequence[BoolArray]) -> list[BoolArray]:
+    return [mask for mask in masks if not any(mask is other for other in rooted)]
+
+
+def _shade_of(
+    photo: Image, masks: Sequence[BoolArray], camera: Camera, faces: NDArray[np.int64]
+) -> Shade:
+    """The shade of things whose light is known, without what else stands in it."""
+    hole = hole_of(masks, photo.shape[:2])
+    light = dimmed(photo, masks, hole, to_level(camera), faces)
+    if not at_work("bystanders") or not light.places.any():
+        return light
+    own = np.any([*masks, np.zeros_like(hole)], axis=0)
+    return light.outside(bystanders(photo, own, hole | light.places))
+
+
 def taken_out(
     photo: Image,
     masks: Sequence[BoolArray],
@@ -109,7 +131,7 @@ def taken_out(
     """
     if not at_work("rooted"):
         rooted = ()
-    loose = [mask for mask in masks if not any(mask is other for other in rooted)]
+    loose = _loose(masks, rooted)
     hole = hole_of(loose, photo.shape[:2])
     if at_work("soft outlines"):
         for mask in loose:

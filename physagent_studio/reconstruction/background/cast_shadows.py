@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from physagent_studio.arrays import FloatImage
 from physagent_studio.reconstruction.background.ground_tones import Tones, lit_ones, parts_of
-from physagent_studio.reconstruction.background.surfaces import under
+from physagent_studio.reconstruction.background.surfaces import reduced, under
 from physagent_studio.reconstruction.photo.regions import BoolArray, bounds, grow
 from physagent_studio.reconstruction.switches import at_work
 from physagent_studio.records.case import Image
@@ -64,7 +64,7 @@ def _of_one(
     small = cv2.resize(photo, size, interpolation=cv2.INTER_AREA).astype(np.float32) / 255
     lab = np.asarray(cv2.cvtColor(cv2.GaussianBlur(small, (0, 0), 1.0), cv2.COLOR_RGB2LAB), "f4")
     inside = cv2.resize(hole.astype(np.uint8), size, interpolation=cv2.INTER_NEAREST) > 0
-    kinds = np.zeros(inside.shape, np.int64) if faces is None else _reduced(faces, size)
+    kinds = np.zeros(inside.shape, np.int64) if faces is None else reduced(faces, size)
     own = cv2.resize(mask.astype(np.uint8), size, interpolation=cv2.INTER_AREA) > 0
     if not own.any():
         return np.zeros_like(hole)
@@ -103,11 +103,6 @@ def _stands_on(upper: BoolArray, lower: BoolArray) -> bool:
     touching = (beneath & lower).any(0)
     on_share = 0.4  # 0.1..0.9: of the narrower one's width over which it does, at least
     return bool(touching.sum() > on_share * min(x1 - x0, right - left))
-
-
-def _reduced(faces: NDArray[np.int64], size: tuple[int, int]) -> NDArray[np.int64]:
-    small = cv2.resize(faces.astype(np.int32), size, interpolation=cv2.INTER_NEAREST_EXACT)
-    return np.asarray(small, np.int64)
 
 
 def _around(

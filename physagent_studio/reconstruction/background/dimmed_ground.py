@@ -17,7 +17,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter
 
 from physagent_studio.arrays import BoolArray, FloatArray, FloatImage, IntArray
-from physagent_studio.reconstruction.background.surfaces import under
+from physagent_studio.reconstruction.background.surfaces import reduced, under
 from physagent_studio.reconstruction.photo.regions import bounds, grow
 from physagent_studio.records.case import Image
 
@@ -151,8 +151,8 @@ def dimmed(
     factor = _factor(masks, max(hole.shape))
     size = (max(8, round(hole.shape[1] * factor)), max(8, round(hole.shape[0] * factor)))
     small = cv2.resize(photo, size, interpolation=cv2.INTER_AREA)
-    inside, *owns = (_reduced(what, size) > 0 for what in (hole, *masks))
-    kinds = _reduced(faces, size)
+    inside, *owns = (reduced(what, size) > 0 for what in (hole, *masks))
+    kinds = reduced(faces, size)
     things = [_Thing.of(own, inside, kinds) for own in owns if own[1:-1, 1:-1].any()]
     logs = np.log(cv2.GaussianBlur(small, (0, 0), 0.7).astype(np.float32) + 4)
     level = level @ np.diag([1 / factor, 1 / factor, 1.0])
@@ -199,11 +199,6 @@ def _factor(masks: Sequence[BoolArray], longer: int) -> float:
     smallest = min(max(x1 - x0, y1 - y0) for x0, y0, x1, y1 in boxes)
     usual = DIMMED.longer_px / longer
     return min(1.0, max(usual, min(DIMMED.smallest_px / smallest, DIMMED.largest_factor * usual)))
-
-
-def _reduced(what: BoolArray | IntArray, size: tuple[int, int]) -> IntArray:
-    small = cv2.resize(what.astype(np.int32), size, interpolation=cv2.INTER_NEAREST_EXACT)
-    return np.asarray(small, np.int64)
 
 
 def _of_one(

@@ -56,6 +56,12 @@ def surfaces(
     return out.astype(np.int64)
 
 
+def reduced(what: BoolArray | IntArray, size: tuple[int, int]) -> IntArray:
+    """Masks or numbers of faces (H, W) at another size, (width, height)."""
+    small = cv2.resize(what.astype(np.int32), size, interpolation=cv2.INTER_NEAREST_EXACT)
+    return np.asarray(small, np.int64)
+
+
 def under(own: BoolArray, faces: IntArray) -> BoolArray:
     """(H, W) the face on which a thing (H, W) stands; 0, with what is `BEYOND`, counts as one."""
     _, y0, _, y1 = bounds(own)

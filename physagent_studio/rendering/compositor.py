@@ -87,6 +87,8 @@ class Compositor:
         world = self._batch.placed(self._positions, self._rotations)
         points = self._to_camera(world)
         plate, ground = self._backdrop(scene), self._stage.ground
+        if self._photographed:
+            self._stage = self._stage.as_seen(plate)
         self._scenery = Scenery.of(scene, plate, self._batch, world, points, ground, self.lens, lit)
         light = self._scenery.sun.lamp.direction
         self._skin = Skin.of(self._batch, meshes, light, self._rotations, points, self.lens)

@@ -1,9 +1,10 @@
 """What does not move: the ground that takes shadows and the supports that hide objects."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Self
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -12,7 +13,9 @@ from physagent_studio.program.scene.state import Floor, SceneState, Vessel, Wall
 from physagent_studio.records.scene import Mesh
 from physagent_studio.rendering.batch import Batch
 from physagent_studio.rendering.coverage import partial_pixels
+from physagent_studio.rendering.frame import Picture
 from physagent_studio.rendering.raster import FloatArray, Hits, Lens, rasterise
+from physagent_studio.rendering.seen_supports import margins_of
 from physagent_studio.rendering.shadow import Ground
 
 _STRIDE = 2
@@ -74,6 +77,21 @@ class Stage:
             rays=rays,
             origin=origin,
             ground=_ground(state, meshes, camera, lens),
+        )
+
+    def as_seen(self, plate: Picture) -> Self:
+        """The same where the plate (H, W, 3) shows its solids; their margins hide nothing."""
+        shape = plate.shape[:2]
+        margins = margins_of(plate, self.solid.reshape(shape))
+        if not margins.any():
+            return self
+        gone = margins.ravel()
+        soft = cv2.blur(margins.astype(np.float32), (3, 3)).ravel()
+        return replace(
+            self,
+            depth=np.where(gone, np.inf, self.depth),
+            solid=np.where(gone, np.int16(-1), self.solid),
+            share=np.where(gone, np.float32(0), np.minimum(self.share, 1 - soft)),
         )
 
     def hidden(self, hits: Hits, owner: NDArray, tolerance: FloatArray) -> NDArray[np.bool_]:

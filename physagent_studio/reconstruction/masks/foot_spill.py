@@ -13,7 +13,6 @@ import numpy as np
 from physagent_studio.language import SceneHints
 from physagent_studio.program.scene.state import SceneObject
 from physagent_studio.reconstruction.masks.box_outlines import as_box
-from physagent_studio.reconstruction.masks.ground_spill import without_ground
 from physagent_studio.reconstruction.masks.round_outlines import (
     ROUND,
     as_ball,
@@ -40,7 +39,7 @@ FOOT = FootSettings()
 def sound_masks(
     photo: Image, masks: Mapping[str, BoolArray], objects: Sequence[SceneObject], told: SceneHints
 ) -> dict[str, BoolArray]:
-    """The masks without the ground and shade at their feet where nobody has drawn them."""
+    """The masks of balls and boxes as such things cover, where nobody has drawn them."""
     out = dict(masks)
     drawn = {item.name for item in objects if item.grounding.strokes}
     yielding = {item.name for item in objects} - drawn
@@ -52,9 +51,8 @@ def sound_masks(
         beside = np.any(others, axis=0) if others else np.zeros_like(mask)
         shapes = told.usual(item.name).shapes
         if shapes[:1] != ("sphere",):
-            own = without_ground(photo, mask, beside)
-            is_box = shapes == ("box",) and at_work("box outlines")
-            out[item.name] = as_box(own, beside) if is_box else own
+            if shapes == ("box",) and at_work("box outlines"):
+                out[item.name] = as_box(mask, beside)
             continue
         if shapes == ("sphere",) and at_work("ball outlines"):
             out |= _with_ball(photo, item.name, out, yielding - {item.name})

@@ -22,6 +22,8 @@ is and about its mean (correlations): at least."""
 _APART, _NEAR = 0.44, 3.0
 """Least correlation of what is neither of the two's shade, and within how many cells of it shade
 hardly changes."""
+_TELLING = 0.25
+"""How much of a mirror image no shade would do, at least: that of a black thing is like shade."""
 _STRENGTH = (0.04, 0.5)
 _LEAST, _SOFT = 25, 1.3
 """Cells, and standard deviation of the blur of a mirror image in cells."""
@@ -86,7 +88,9 @@ class Mirror:
             # Shade darkens all of it, but does not vary with the thing, in colour and in detail.
             if _alike(x - x.mean(0), y - y.mean(0)) <= _VARIES:
                 continue
-            if _alike(*(_unshaded(d, after[both], pixel[both], shape) for d in (x, y))) > _APART:
+            own, theirs = (_unshaded(d, after[both], pixel[both], shape) for d in (x, y))
+            telling = np.linalg.norm(own) > _TELLING * np.linalg.norm(x)
+            if telling and _alike(own, theirs) > _APART:
                 found.append(float((x * y).sum() / (x * x).sum()))
         strength = min(max(found, default=0.0), _STRENGTH[1])
         return replace(whole, strength=strength) if strength > _STRENGTH[0] else None
@@ -114,12 +118,12 @@ def _unshaded(
     change: NDArray, ground: NDArray, pixel: NDArray[np.int64], shape: tuple[int, int]
 ) -> NDArray:
     """(K, 6) what of a change (K, 3) of a ground's colours (K, 3) no shade would do: its colour
-    and its detail. pixel: (K,) cells of a picture of that shape."""
+    and its detail, for shade keeps the ground's. pixel: (K,) cells of a picture of that shape."""
     dimmed = (change * ground).sum(1, keepdims=True) / np.maximum((ground**2).sum(1), 1)[:, None]
-    layer = np.zeros((shape[0] * shape[1], 4), np.float32)
-    layer[pixel] = np.hstack([change, np.ones((len(pixel), 1))])
-    soft = cv2.GaussianBlur(layer.reshape(*shape, 4), (0, 0), _NEAR).reshape(-1, 4)[pixel]
-    return np.hstack([change - dimmed * ground, change - soft[:, :3] / soft[:, 3:]])
+    layer = np.zeros((shape[0] * shape[1], 2), np.float32)
+    layer[pixel] = np.hstack([dimmed, np.ones((len(pixel), 1))])
+    soft = cv2.GaussianBlur(layer.reshape(*shape, 2), (0, 0), _NEAR).reshape(-1, 2)[pixel]
+    return np.hstack([change - dimmed * ground, change - soft[:, :1] / soft[:, 1:] * ground])
 
 
 def _alike(x: NDArray, y: NDArray) -> float:

@@ -340,8 +340,12 @@ def test_dull_ground_shows_nothing():
     assert Compositor(scene)._mirror is None
 
 
-def test_soft_shade_where_a_mirror_image_would_be_is_none():
-    """Under a dark thing the ground gets darker towards it, as its mirror image would be."""
+@pytest.mark.parametrize("pattern", [0.0, 0.3, 0.6])
+def test_soft_shade_where_a_mirror_image_would_be_is_none(pattern: float):
+    """Under a dark thing the ground gets darker towards it, as its mirror image would be.
+
+    pattern: by how much less light the dark parts of the ground throw back.
+    """
     scene = polished(0.5)
     assert scene.plate is not None
     assert scene.photo is not None
@@ -349,8 +353,27 @@ def test_soft_shade_where_a_mirror_image_would_be_is_none():
     deeper = np.maximum(floor - scene.photo, 0).mean(-1) / floor.mean(-1)
     shade = cv2.GaussianBlur(deeper, (0, 0), 9)[..., None]
     things = (Compositor(scene).frame().ids >= 0)[..., None]
-    photo = np.where(things, scene.photo, (floor * (1 - shade)).astype(np.uint8))
-    assert Compositor(replace(scene, photo=photo))._mirror is None
+    squares = np.random.default_rng(1).random((60, 104)).astype(np.float32) * pattern
+    ground = floor * (1 - cv2.resize(squares, SIZE, interpolation=cv2.INTER_LINEAR))[..., None]
+    photo = np.where(things, scene.photo, (ground * (1 - shade)).astype(np.uint8))
+    shaded = replace(scene, photo=photo, plate=ground.astype(np.uint8))
+    assert Compositor(shaded)._mirror is None
+
+
+def test_shade_on_patterned_ground_is_no_mirror_image_of_a_black_thing():
+    """Both keep some of the ground's light from it, and show its pattern."""
+    scene = polished(0.5)
+    assert scene.plate is not None
+    black = {n: Mesh(m.vertices, m.faces, None, None, (9, 9, 9)) for n, m in scene.meshes.items()}
+    squares = np.random.default_rng(1).random((60, 104)).astype(np.float32)
+    pattern = 1 - 0.6 * cv2.resize(squares, SIZE, interpolation=cv2.INTER_LINEAR)[..., None]
+    plate = (scene.plate * pattern).astype(np.uint8)
+    things = Compositor(scene).frame().ids >= 0
+    away = cv2.distanceTransform((~things).astype(np.uint8), cv2.DIST_L2, 5)
+    shade = 0.5 * np.exp(-np.maximum(away, 0) / 25)[..., None]
+    photo = np.where(things[..., None], 9, plate * (1 - shade)).astype(np.uint8)
+    shaded = replace(scene, photo=photo, plate=plate, meshes=black)
+    assert Compositor(shaded)._mirror is None
 
 
 def test_a_shadow_has_the_colour_of_its_ground_and_not_of_what_shines_into_it():

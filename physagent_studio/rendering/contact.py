@@ -26,10 +26,8 @@ from physagent_studio.rendering.sun import (
 _NEAR = 0.2
 """Share of the sky from which ground counts as close to a foot."""
 _LEAST_CELLS = 12
-_STRENGTH = (0.4, 0.8)
+_STRENGTH = (0.1, 0.8)
 """Weakest and strongest that it is drawn."""
-_FAINTEST = 0.15
-"""Weakest where even ground around the feet is seen to be hardly darker than beside them."""
 _DEEPEST = 2.2
 """Most that the log of a shadow is multiplied for the colour of the ground."""
 _SMOOTH = 2.0
@@ -58,7 +56,7 @@ def contact_light(
         shown = shown_on_even_ground(photo, around, blocked, _NEAR, ground)
         if shown is None:
             return CONTACT
-        return replace(CONTACT, strength=np.full(3, np.clip(shown, _FAINTEST, _STRENGTH[1])))
+        return replace(CONTACT, strength=np.full(3, np.clip(shown, *_STRENGTH)))
     close = seen.usable & near
     dark = -seen.darkness[close].max(-1)
     if sun.seen:

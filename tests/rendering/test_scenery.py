@@ -199,7 +199,7 @@ def under_the(lamp):
     return batch, ground, world, Shadows.of(batch, ground, lamp).blocked(world, np.ones(2))
 
 
-@pytest.mark.parametrize("dark", [0.0, 0.6])
+@pytest.mark.parametrize("dark", [0.0, 0.25, 0.6])
 def test_the_shade_at_a_foot_is_as_dark_as_the_photo_shows_it(dark: float):
     batch, ground, world, blocked = under_the(CONTACT.lamp)
     seen = np.repeat(np.log(1 - dark * blocked)[..., None], 3, 2).astype(np.float32)
@@ -209,7 +209,7 @@ def test_the_shade_at_a_foot_is_as_dark_as_the_photo_shows_it(dark: float):
     rough = np.random.default_rng(2).integers(60, 220, (SIZE[1] // 16, SIZE[0] // 16, 3), np.uint8)
     uneven = np.asarray(cv2.resize(rough, SIZE, interpolation=cv2.INTER_NEAREST), np.uint8)
     found = contact_light(shading, DEFAULT, uneven, free, batch, world, ground).strength
-    assert found == pytest.approx(np.full(3, max(dark, 0.4)), abs=0.05)
+    assert found == pytest.approx(np.full(3, max(dark, 0.1)), abs=0.05)
     assert contact_light(None, DEFAULT, uneven, free, batch, world, ground) is CONTACT
 
 
@@ -223,7 +223,7 @@ def test_even_ground_tells_of_the_shade_at_a_foot_where_the_plate_does_not(dark,
     photo = (floor * shade.reshape(*SIZE[::-1], 1)).astype(np.uint8)
     free = np.ones(SIZE[::-1], bool)
     found = contact_light(None, DEFAULT, photo, free, batch, world, ground).strength
-    assert found == pytest.approx(np.full(3, max(dark, 0.15)), abs=0.08)
+    assert found == pytest.approx(np.full(3, max(dark, 0.1)), abs=0.08)
 
 
 def test_shade_that_the_photo_does_not_show_has_the_colour_of_its_ground():

@@ -20,7 +20,7 @@ from physagent_studio.program import statements
 from physagent_studio.program.base import DIRECTIONS
 
 BACK = 0.5
-"""Own sizes that a thing goes back, from which on it is seen to turn back."""
+"""Own sizes that a thing goes one way and then back, from which on it is seen to turn back."""
 KICK = 15.0
 """A turn of more than this many degrees within one step is an impact and not a bend."""
 
@@ -245,8 +245,8 @@ def _smoothed(values: FloatArray, reach: int) -> FloatArray:
 
 
 def reverses(statement: statements.Reverses, facts: Facts, window: Window) -> Outcome:
-    """Greatest angle between an earlier and a later horizontal heading, both really travelled: the
-    later one for half of its size at least, as less is not seen.
+    """Greatest angle between an earlier and a later horizontal heading, both really travelled: for
+    half of its size at least, as less is not seen.
 
     With `times` more than one: how often it so turns against the heading it had taken since.
     """
@@ -262,13 +262,15 @@ def reverses(statement: statements.Reverses, facts: Facts, window: Window) -> Ou
     if statement.times > 1:
         return _returns(unit, marks[real + 1], statement, window)
     angles = np.degrees(np.arccos(np.clip(unit @ unit.T, -1, 1)))
-    ahead = np.einsum(
-        "kd,mkd->mk", unit, track.positions[marks, None, :2] - track.positions[marks[real], :2]
-    )
-    ahead[marks[:, None] < marks[real]] = 0.0
-    later = np.where(ahead.max(axis=0) >= BACK * track.size, np.tril(angles).max(axis=1), 0.0)
+    far, along = BACK * track.size, track.positions[marks, :2] @ unit.T
+    gone, here = np.arange(len(marks))[:, None] <= real, along[real, np.arange(len(real))]
+    # How far it came along each heading until then, a rebound of a hair's breadth is no way, and
+    # how far it goes on.
+    come = along[real + 1, np.arange(len(real))] - np.where(gone, along, np.inf).min(axis=0)
+    goes = np.where(gone, -np.inf, along).max(axis=0) - here
+    angles = np.where((come >= far) & (goes >= far)[:, None], np.tril(angles), 0.0)
     values = np.zeros(len(track.positions))
-    values[marks[real + 1]] = later
+    values[marks[real + 1]] = angles.max(axis=1)
     return _peak(track, values, statement.angle, "°")
 
 

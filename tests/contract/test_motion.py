@@ -203,6 +203,14 @@ def test_a_u_turn_reverses_and_a_straight_path_does_not(stage, time):
     assert not stage.check("reverses", subject="ball").ok
 
 
+def test_a_short_rebound_is_no_way_from_which_a_ball_turns_back(stage, time):
+    shape = ([0, 0.3, 0.4, 1], [0.9, 0, 0.01, -0.4])
+    stage.path("ball", x=np.interp(time, *shape))
+    assert not stage.check("reverses", subject="ball", angle=90).ok
+    stage.path("ball", x=np.interp(time, [0, 0.3, 1], [0.9, 0, 0.4]))
+    assert stage.check("reverses", subject="ball", angle=90).ok
+
+
 def test_a_level_speed_leaves_a_fall_out(stage, time):
     stage.path("ball", x=0.5 * time, z=20 - 4.9 * time**2)
     assert not stage.check("speed_between", subject="ball", high=1).ok

@@ -21,6 +21,8 @@ from physagent_studio.program.base import DIRECTIONS
 
 BACK = 0.5
 """Own sizes that a thing goes one way and then back, from which on it is seen to turn back."""
+WAY_M = 0.2
+"""Of a large thing, m: no farther than this it has to have gone before it turns back."""
 KICK = 15.0
 """A turn of more than this many degrees within one step is an impact and not a bend."""
 
@@ -246,7 +248,7 @@ def _smoothed(values: FloatArray, reach: int) -> FloatArray:
 
 def reverses(statement: statements.Reverses, facts: Facts, window: Window) -> Outcome:
     """Greatest angle between an earlier and a later horizontal heading, both really travelled: for
-    half of its size at least, as less is not seen.
+    half of its size, as less is not seen, or the earlier one as far as a way is asked for.
 
     With `times` more than one: how often it so turns against the heading it had taken since.
     """
@@ -268,7 +270,7 @@ def reverses(statement: statements.Reverses, facts: Facts, window: Window) -> Ou
     # how far it goes on.
     come = along[real + 1, np.arange(len(real))] - np.where(gone, along, np.inf).min(axis=0)
     goes = np.where(gone, -np.inf, along).max(axis=0) - here
-    angles = np.where((come >= far) & (goes >= far)[:, None], np.tril(angles), 0.0)
+    angles = np.where((come >= min(far, WAY_M)) & (goes >= far)[:, None], np.tril(angles), 0.0)
     values = np.zeros(len(track.positions))
     values[marks[real + 1]] = angles.max(axis=1)
     return _peak(track, values, statement.angle, "°")

@@ -4,7 +4,7 @@ from dataclasses import replace
 from itertools import pairwise
 
 from physagent_studio.knowledge import kind_of
-from physagent_studio.language.frames import EventFrame, Place, Relation
+from physagent_studio.language.frames import EventFrame, Place, Relation, Way
 
 
 def in_their_light(frames: list[EventFrame]) -> None:
@@ -15,6 +15,7 @@ def in_their_light(frames: list[EventFrame]) -> None:
     _but_not(frames)
     _struck_the_one(frames)
     _passed_on(frames)
+    _back_to_a_side(frames)
     _backwards_at_first(frames)
     _back_once_turned(frames)
     _behind_what_went(frames)
@@ -158,17 +159,48 @@ def _aim_at_what_gives_way(frames: list[EventFrame]) -> None:
             frames[index] = replace(frame, places=rows)  # type: ignore[arg-type]
 
 
+def _back_to_a_side(frames: list[EventFrame]) -> None:
+    """ "Rolls back to the right": that way, on wheels with its back first; where it came from,
+    if it had gone or met something before, unless that had been the same way."""
+    for index, frame in enumerate(frames):
+        if "back" not in frame.manner:
+            continue
+        plain = replace(frame, manner=frame.manner - {"back"})
+        told = [f for f in frames[:index] if {*frame.patient} & {*f.patient, *f.agent} and _acts(f)]
+        ways = [f.direction for f in told if f.direction in OPPOSITE]
+        met = bool(told) and (not ways or ways[-1] != frame.direction)
+        if met or frame.sense == "bounce":
+            turned = any(f.sense == "turn_around" for f in told) or frame.sense not in _GOES
+            there = not turned and ways[-1:] == [OPPOSITE.get(frame.direction or "")]
+            sense = "reverse" if there else frame.sense
+            frames[index] = replace(plain, sense=sense, direction="backward")
+        else:
+            manner = plain.manner | ({"backwards"} if _wheeled(frame) else set())
+            sense = "move" if frame.sense == "reverse" else frame.sense
+            frames[index] = replace(plain, sense=sense, manner=manner)
+
+
+OPPOSITE: dict[str, Way] = {"left": "right", "right": "left"}
+
+
+def _acts(frame: EventFrame) -> bool:
+    return frame.sense not in (*_GOES_NOWHERE, *AT_REST) and not frame.negated
+
+
+def _wheeled(frame: EventFrame) -> bool:
+    kinds = [kind_of(name) for name in frame.patient]
+    return bool(kinds) and all(kind is not None and kind.wheels for kind in kinds)
+
+
 def _backwards_at_first(frames: list[EventFrame]) -> None:
     """ "The car backs up": what has wheels and has not gone anywhere yet goes backwards."""
     went: set[str] = set()
     for index, frame in enumerate(frames):
-        kinds = [kind_of(name) for name in frame.patient]
-        wheeled = bool(kinds) and all(kind is not None and kind.wheels for kind in kinds)
         first = frame.sense == "reverse" and not went & {*frame.patient}
         if first and (frame.direction in _WAYS or frame.place("toward") is not None):
             # "Rolls back towards the camera": back is where it is said to go.
             frames[index] = replace(frame, sense="move")
-        elif first and wheeled:
+        elif first and _wheeled(frame):
             way = frame.direction or "backward"
             manner = frame.manner | {"backwards"}
             frames[index] = replace(frame, sense="move", direction=way, manner=manner)

@@ -169,7 +169,9 @@ def _adverb(word: str, details: Details, talk: Discourse) -> None:
         if word == "off":
             details.places = (*details.places, ("off", Place("stack", "group")))
         # "Drives forward to the right": the picture's side says more than the thing's own.
-        own = details.direction == "forward" or "backwards" in details.manner
+        own = details.direction in ("forward", "backward") or "backwards" in details.manner
+        if details.direction == "backward" and "backwards" not in details.manner:
+            details.manner |= {"back"}
         if details.direction in (None, "off", "down", "up") or own:
             details.direction = way  # type: ignore[assignment]
         if word in ("backward", "backwards"):

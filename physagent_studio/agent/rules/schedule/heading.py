@@ -28,6 +28,7 @@ from physagent_studio.agent.rules.schedule import scripts
 from physagent_studio.agent.rules.schedule.choosing import script_for
 from physagent_studio.agent.rules.schedule.ramps import down_ramp, rolling_for
 from physagent_studio.agent.rules.schedule.scripts import Task
+from physagent_studio.agent.rules.schedule.told_order import is_told_to_back
 from physagent_studio.knowledge import kind_of, usual_size
 from physagent_studio.program.scene.state import SceneObject, Wheels
 from physagent_studio.reconstruction.shapes.prisms import plan_seen
@@ -174,6 +175,8 @@ def _way(task: Task) -> tuple[FloatArray | None, bool]:
     """Level unit direction (3,) in which the prompt has it go, None where it has it go nowhere;
     and whether that is exact: to a thing or along a slope, and no direction by its name."""
     script, ramp = script_for(task), task.ramp_ahead()
+    if is_told_to_back(task):
+        return _way_back(task), False
     if scripts.turns_off(task):
         return scripts.way_before_turn(task), False
     if script is scripts.up_ramp and ramp is not None:
@@ -189,6 +192,13 @@ def _way(task: Task) -> tuple[FloatArray | None, bool]:
         target = task.target() is not None and (task.way() is None or bool(task.intent.hits))
         return scripts.way_ahead(task), target
     return None, False
+
+
+def _way_back(task: Task) -> FloatArray | None:
+    """ "Rolls back to the right, then drives on": the way that is said of the one or the other."""
+    told = [WAYS.get(f.direction) for f in task.intent.frames if not f.negated]  # type: ignore[arg-type]
+    ahead = next((-way for way in told[1:] if way is not None), None)
+    return ahead if told[0] is None else told[0]
 
 
 def _rolling_to_stop(task: Task) -> float | None:

@@ -86,8 +86,13 @@ def is_stiff(task: Task) -> bool:
 
 def backs_first(task: Task) -> bool:
     """ "Reverses, then drives into the box": on its wheels, first with its back first."""
+    return task.wheels is not None and is_told_to_back(task)
+
+
+def is_told_to_back(task: Task) -> bool:
+    """The same of what has no wheels, or whose wheels are not known yet."""
     told = [f for f in task.intent.frames if not f.negated]
-    if task.wheels is None or len(told) < 2 or task.layout.ramp_below(task.name) is not None:
+    if len(told) < 2 or task.layout.ramp_below(task.name) is not None:
         return False
     first, on = told[0], told[1:]
     back = first.direction == "backward" or "backwards" in first.manner

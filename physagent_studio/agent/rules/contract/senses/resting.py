@@ -6,20 +6,24 @@ import math
 
 from physagent_studio.agent.rules.contract.senses.common import posture, quality, rolls, still
 from physagent_studio.agent.rules.contract.sequence import OVER
-from physagent_studio.agent.rules.contract.specs import SPEC, Context, Spec, spec
-from physagent_studio.agent.rules.scene.measures import level, place_name, unit
+from physagent_studio.agent.rules.contract.specs import SPEC, Context, Spec, spec, ways_of
+from physagent_studio.agent.rules.scene.measures import are_opposite, level, place_name, unit
 from physagent_studio.language import EDGES, EventFrame, Place
 from physagent_studio.language.tokens.vocabulary import words_of
+from physagent_studio.program.actions import Direction
 from physagent_studio.program.scene.state import Ramp, Support
 
 
 def stop(c: Context) -> list[Spec]:
     """Moves and then is at rest, near or on what is named.
 
-    What goes on afterwards is not at rest at the end, and that it was for a moment is not told.
+    What goes on afterwards is not at rest at the end. That it was for a moment is told by its going
+    the opposite way from there, and by nothing else.
     """
-    if any(_goes_on(f) for f in c.later if not _kept_from(f)):
-        return []
+    if on := [f for f in c.later if _goes_on(f) and not _kept_from(f)]:
+        ways = [_way_of(c, f) for f in (*c.earlier[-1:], on[0])]
+        turns = on[0].sense == "reverse" or are_opposite(ways[0], ways[-1])
+        return [spec("reverses", c.subject, angle=135.0)] if turns else []
     return [*_stopped(c), *_not_over_the_edge(c)]
 
 
@@ -37,6 +41,10 @@ def _not_over_the_edge(c: Context) -> list[Spec]:
         edge = next(place_name(p) for p in named if p.part in EDGES)
         found.append(spec("stops", c.subject, near=edge, distance=c.length(1.1, 0.03, 0.6)))
     return found
+
+
+def _way_of(c: Context, frame: EventFrame) -> Direction | None:
+    return next(iter(ways_of(frame.direction, frame, c.subject, c.layout)), None)
 
 
 _GONE = ("fall", "leave")

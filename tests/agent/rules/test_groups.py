@@ -7,7 +7,7 @@ import pytest
 from physagent_studio.agent.rules import RuleGenerator
 from physagent_studio.contract.words import claim
 from physagent_studio.program import PhysicalProgram
-from physagent_studio.program.scene.state import Box, Sphere
+from physagent_studio.program.scene.state import Box, Slab, Sphere
 from tests.agent.rules.everyday_scenes import EVERYDAY
 from tests.agent.rules.scenes import Stage
 from tests.agent.rules.varied_scenes import VARIED
@@ -114,3 +114,32 @@ def test_all_of_a_kind_are_meant_where_one_bears_its_name_alone() -> None:
     assert {"pin topples", "right_pin topples"} <= told
     told, _ = demanded(stage, "The pin falls over.")
     assert not any("right_pin topples" in claim for claim in told)
+
+
+ON_A_TABLE = Stage(
+    "on_a_table",
+    {
+        "blue_crate": (Box(size=(0.2, 0.2, 0.1)), (0.0, 2.5, 0.81), "table"),
+        "red_crate": (Box(size=(0.16, 0.16, 0.1)), (0.0, 2.5, 0.91), "blue_crate"),
+        "green_crate": (Box(size=(0.12, 0.12, 0.1)), (0.0, 2.5, 1.01), "red_crate"),
+    },
+    {"table": Slab(position=(0.0, 2.5, 0.38), size=(1.6, 0.9, 0.76))},
+)
+
+
+@pytest.mark.parametrize(
+    "prompt",
+    [
+        "The stack of crates collapses.",
+        "The tower tumbles down.",
+        "The crates come crashing down.",
+        "The pile of crates falls apart.",
+        "The crates collapse.",
+        "The tower of crates is knocked over.",
+    ],
+)
+def test_what_a_stack_on_a_table_stands_on_need_not_fall(prompt: str) -> None:
+    program = RuleGenerator().first(ON_A_TABLE.case(prompt), ON_A_TABLE.reconstruct)
+    falling = {s.subject for s in program.contract.statements if s.kind == "falls"}
+    assert falling == {"red_crate", "green_crate"}
+    assert not program.contract.untested

@@ -240,3 +240,12 @@ def brought_above(layout: Layout, name: str, frame: EventFrame) -> bool:
     lowest = layout.position(name)[2] - layout.height(name) / 2
     top = layout.position(place.name)[2] + layout.height(place.name) / 2
     return bool(lowest < top) and not leans
+
+
+def carries_the_others(layout: Layout, name: str, frame: EventFrame) -> bool:
+    """Whether it stands on no thing itself, and others that come down with it stand on it, or, of a
+    stack as a whole, on one another: it need not fall."""
+    others = [other for other in frame.patient if other != name]
+    on_things = layout.state.object(layout.carrier(name) or "") is not None
+    below = frame.patient if frame.as_one else (name,)
+    return not on_things and any(layout.carrier(other) in below for other in others)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
-from physagent_studio.agent.rules.contract.intents import Intent, brought_above
+from physagent_studio.agent.rules.contract.intents import Intent, brought_above, carries_the_others
 from physagent_studio.agent.rules.scene.measures import WAYS, Layout
 from physagent_studio.agent.rules.schedule import actions as act
 from physagent_studio.agent.rules.schedule import scripts
@@ -206,7 +206,8 @@ def _leaves_support(task: Task) -> bool:
         off.kind == "group" or off.name in (carrier, layout.base(task.name))
     )
     on_ramp = layout.downhill(task.name) is not None
-    falls = any(_drops(frame) for frame in intent.frames) and not on_ramp
+    dropped = (f for f in intent.frames if not carries_the_others(layout, task.name, f))
+    falls = any(_drops(frame) for frame in dropped) and not on_ramp
     # Of a stack that collapses, what stands on others comes off them.
     falls |= intent.has("collapse") and layout.state.object(carrier) is not None
     return named or over_edge or falls

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from physagent_studio.agent.rules.contract.intents import brought_above, met
+from physagent_studio.agent.rules.contract.intents import brought_above, carries_the_others, met
 from physagent_studio.agent.rules.contract.senses.common import (
     bent_path,
     comes_down,
@@ -160,7 +160,7 @@ def fall(c: Context) -> list[Spec]:
     stands = c.layout.has(c.subject) and not c.layout.is_raised(c.subject)
     off = c.frame.place("off", "from")
     raised = was_raised(c)
-    if off is None and _carried_by_its_own(c):
+    if off is None and carries_the_others(c.layout, c.subject, c.frame):
         # Of a stack that comes down, what is at the bottom need not fall.
         return []
     if off is None and (_only_topples(c) or _lies_down(c)):
@@ -206,15 +206,6 @@ def _lies_down(c: Context) -> bool:
     """ "The cup falls onto its side": on the table, where nothing had lifted it off."""
     stands = c.layout.carrier(c.subject) is not None and not was_raised(c)
     return c.frame.lies_down and stands and not rolls(c)
-
-
-def _carried_by_its_own(c: Context) -> bool:
-    """Whether it stands on no thing itself, and others that fall with it stand on it, or, of a
-    stack as a whole, on one another."""
-    others = [name for name in c.frame.patient if name != c.subject]
-    on_things = c.layout.state.object(c.layout.carrier(c.subject) or "") is not None
-    below = c.frame.patient if c.frame.as_one else (c.subject,)
-    return not on_things and any(c.layout.carrier(name) in below for name in others)
 
 
 def _straight_down(c: Context, event: Spec) -> list[Spec]:

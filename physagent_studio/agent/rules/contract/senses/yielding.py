@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from physagent_studio.agent.rules.contract.intents import carries_the_others
 from physagent_studio.agent.rules.contract.senses.common import (
     keeps_standing,
     quality,
@@ -109,7 +110,8 @@ def lean(c: Context) -> list[Spec]:
 def collapse(c: Context) -> list[Spec]:
     """Comes down and loses its shape; of several things, those come down that stand on others."""
     if len(c.frame.patient) > 1:
-        if c.layout.has(c.subject) and not c.layout.is_raised(c.subject):
+        on_ground = c.layout.has(c.subject) and not c.layout.is_raised(c.subject)
+        if on_ground or carries_the_others(c.layout, c.subject, c.frame):
             return []
         return [
             spec("falls", c.subject, drop=c.length(0.3, 0.02, 0.1)),

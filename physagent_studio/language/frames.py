@@ -59,7 +59,7 @@ class EventFrame:
     flight of stairs it goes down. distance, speed, angle, delay: how far, how fast, how many
     degrees, how many seconds after the beginning. sequel: the prompt says that it comes after the
     frame before. rest: it is about the others of those that the frame before picks from. by: who
-    does it with its limbs, and has to come within reach first.
+    does it with its limbs, and has to come within reach first. gait: what goes by itself, how.
     """
 
     sense: str
@@ -94,6 +94,7 @@ class EventFrame:
     extent: Place | None = None
     timing: Literal["", "in_turn", "together"] = ""
     by: str = ""
+    gait: Literal["", "drive", "run", "walk"] = ""
 
     @property
     def counted(self) -> bool:

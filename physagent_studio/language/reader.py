@@ -211,6 +211,7 @@ class _Reader(Meanings):
             negated=self._negated(clause) != self.pending_denial,
             link=self._link(clause),
             leads=self._leads(clause),
+            gait=_gait(clause, sense),
             extent=extent_of(details.share, details.places, self.stock, details.direction),
         )
         if details.count not in (None, 1) and sense not in COUNTABLE:
@@ -337,6 +338,11 @@ def _posture(clause: RawClause, sense: str, details: Details) -> str:
 def verb_is(clause: RawClause, base: str) -> bool:
     """Whether the clause's verb is this one."""
     return clause.verb is not None and clause.verb.verb == base
+
+
+def _gait(clause: RawClause, sense: str) -> v.Gait:
+    entry = v.VERBS.get(clause.verb.verb) if clause.verb is not None else None
+    return entry.gait if entry is not None and entry.sense == sense else ""
 
 
 def _manner(clause: RawClause, sense: str) -> tuple[str, ...]:

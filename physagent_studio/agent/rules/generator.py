@@ -32,6 +32,7 @@ from physagent_studio.agent.rules.schedule import actions as act
 from physagent_studio.agent.rules.schedule.event_program import raised_places, schedule, tasks_of
 from physagent_studio.agent.rules.schedule.heading import with_wheels
 from physagent_studio.agent.rules.schedule.landmarks import assume_open, derived_landmarks
+from physagent_studio.agent.rules.schedule.leaving import off_the_picture
 from physagent_studio.agent.rules.schedule.pacing import paces_of, speed_to_get_there
 from physagent_studio.agent.rules.schedule.ramps import friction_for
 from physagent_studio.knowledge import density_of, grows
@@ -79,9 +80,10 @@ class RuleGenerator:
         state = as_far_as_told(without_withdrawn(state, reading), reading)
         state = with_room(with_depth_of_like(with_depth(state)))
         state = with_walls_weighed(state)
+        clip = clip_of(case.seconds)
+        reading = off_the_picture(reading, Layout(state), clip.seconds)
         reading = by_limbs(reading, Layout(state))
         state = with_hold(_with_landmarks(state, reading))
-        clip = clip_of(case.seconds)
         state = _with_materials(_on_wheels(state, reading, clip, masks), reading, clip)
         state = kept_upright(state, reading)
         layout = Layout(state)

@@ -3,6 +3,8 @@
 from dataclasses import dataclass
 from typing import Literal
 
+Gait = Literal["", "drive", "run", "walk"]
+"""How what goes by itself does so; each has a pace of its own."""
 Kind = Literal["move", "act", "goto", "state", "light", "cause"]
 
 
@@ -18,6 +20,7 @@ class Verb:
     sense: str
     kind: Kind
     manner: tuple[str, ...] = ()
+    gait: Gait = ""
 
 
 def words_of(text: str) -> frozenset[str]:
@@ -31,6 +34,10 @@ def _verbs(kind: Kind, table: dict[str, str], manner: tuple[str, ...] = ()) -> d
     }
 
 
+def _goes(gait: Gait, words: str) -> dict[str, Verb]:
+    return {word: Verb("move", "move", gait=gait) for word in words.split()}
+
+
 VERBS: dict[str, Verb] = {
     **_verbs(
         "move",
@@ -42,11 +49,8 @@ VERBS: dict[str, Verb] = {
             "roll": "roll trundle trickle",
             "slide": "slide glide slither skate skim",
             "slip": "slip",
-            "move": "move go travel advance proceed drive run continue come head race speed ride "
-            "shift progress coast hurtle zip zoom dash barrel career careen scoot rush dart whizz "
-            "whoosh ease wander budge waddle stride march scurry scamper scuttle skitter cruise "
-            "stagger stumble lurch jolt jerk meander steer chug trek walk swim jog trot gallop "
-            "amble stroll sprint roam prowl hobble prance toddle",
+            "move": "move go travel advance proceed continue come head shift progress coast scoot "
+            "whoosh ease wander budge skitter lurch jolt jerk meander swim",
             "drift": "drift",
             "fly": "fly soar sail swoop",
             "jump": "jump hop leap vault pounce spring",
@@ -77,6 +81,17 @@ VERBS: dict[str, Verb] = {
             "reverse": "reverse return",
             "recover": "recover",
         },
+    ),
+    **_goes("drive", "drive ride cruise steer chug"),
+    **_goes(
+        "run",
+        "run race speed hurtle zip zoom dash barrel career careen rush dart whizz scurry scamper "
+        "scuttle jog trot gallop sprint",
+    ),
+    **_goes(
+        "walk",
+        "walk stride march amble stroll waddle trek prance toddle roam prowl hobble stagger "
+        "stumble",
     ),
     **_verbs("move", {"slide": "skid"}, ("skidding",)),
     **_verbs("move", {"move": "creep inch crawl plod slink tiptoe trudge"}, ("slow",)),

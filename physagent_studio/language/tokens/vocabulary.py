@@ -7,6 +7,7 @@ from physagent_studio.language.tokens.verbs import IRREGULAR as IRREGULAR
 from physagent_studio.language.tokens.verbs import PARTICIPLES as PARTICIPLES
 from physagent_studio.language.tokens.verbs import VERBS as VERBS
 from physagent_studio.language.tokens.verbs import WITH_OBJECT as WITH_OBJECT
+from physagent_studio.language.tokens.verbs import Gait as Gait
 from physagent_studio.language.tokens.verbs import Kind as Kind
 from physagent_studio.language.tokens.verbs import Verb as Verb
 from physagent_studio.language.tokens.verbs import words_of as words_of

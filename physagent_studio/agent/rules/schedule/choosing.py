@@ -284,6 +284,8 @@ def _bouncing(task: Task) -> Script:
 def _back_and_on(task: Task) -> list[Action]:
     """Backwards for two fifths of the clip, to a stand there; then on with its front first."""
     first, *rest = task.intent.frames
+    # That it stops in between is told of its way back.
+    rest = rest[next(k for k, f in enumerate(rest) if f.sense not in ("stop", "settle")) :]
     wait = task.clip.steps * 2 // 5
     halts = Intent(task.name, [first, EventFrame("stop", "")])
     back = scripts.along_ground(replace(task, intent=halts, clip=shorter(task.clip, wait)))

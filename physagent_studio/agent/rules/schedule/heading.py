@@ -201,10 +201,15 @@ def _way_back(task: Task) -> FloatArray | None:
     return ahead if told[0] is None else told[0]
 
 
+_STOPS = ("stop", "settle")
+
+
 def _rolling_to_stop(task: Task) -> float | None:
     """Resistance with which it is at rest half through the clip where it shall stop on level
     ground: way d in time t needs 2 d / t². None where it shall not, or hits something first."""
-    stops = task.intent.has("stop", "settle") or task.ends_short
+    stops = task.intent.has(*_STOPS) or task.ends_short
+    # What stops and drives on does so on its way, and not in the end.
+    stops = stops and (task.intent.frames[-1].sense in _STOPS or not is_told_to_back(task))
     if not stops or task.intent.hits or task.layout.downhill(task.name) is not None:
         return None
     slowing = 2 * scripts.way_to_go(task) / task.seconds(HEADING.stop_share) ** 2

@@ -13,7 +13,7 @@ def speed_range(frame: EventFrame, size: float) -> tuple[float, float, str] | No
     """
     if frame.speed is not None:
         return 0.5 * frame.speed, 1.5 * frame.speed, frame.sense
-    pace = pace_of(frame.sense)
+    pace = pace_of(frame.gait or frame.sense)
     if pace is None or pace.plain.metres.high <= 0:
         return None
     said = pace.plain
@@ -23,4 +23,4 @@ def speed_range(frame: EventFrame, size: float) -> tuple[float, float, str] | No
         said = pace.fast
     most = max(said.metres.high, said.lengths.usual * size)
     high = min(most, max(said.lengths.high * size, said.metres.low))
-    return min(said.metres.low, said.lengths.low * size), round(high, 3), frame.sense
+    return min(said.metres.low, said.lengths.low * size), round(high, 3), frame.gait or frame.sense

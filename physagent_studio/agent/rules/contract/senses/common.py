@@ -49,7 +49,12 @@ def travel(c: Context) -> list[Spec]:
         [
             any_of(
                 *(
-                    spec("moves", c.subject, distance=least_along(c, distance, w), direction=w)
+                    spec(
+                        "moves",
+                        c.subject,
+                        distance=least_along(c, _own_way(c, distance, w), w),
+                        direction=w,
+                    )
                     for w in ways
                 )
             )
@@ -96,6 +101,20 @@ def _least_way(c: Context) -> float:
     if "far" in c.frame.manner:
         return c.length(4.0, 0.2, 1.5)
     return c.length(0.1, 0.01, 0.05) if "slight" in c.frame.manner else c.length(0.5, 0.02, 0.2)
+
+
+def _own_way(c: Context, distance: float, way: Direction) -> float:
+    """What goes on wheels or legs is seen to do so for its own length."""
+    item = c.layout.state.object(c.subject)
+    goes = c.frame.gait or (c.frame.sense == "roll" and item is not None and item.wheels)
+    alone = all(f.sense in ("stop", "settle", "stay", "rest") for f in (*c.earlier, *c.later))
+    if not (goes and alone) or c.frame.manner & _NEAR or c.frame.distance is not None:
+        return distance
+    own = c.layout.extent(c.subject, WAYS[way]) + c.layout.extent(c.subject, -WAYS[way])
+    return max(distance, round(own, 3))
+
+
+_NEAR = {"slight", "slow", "gentle", "offscreen"}
 
 
 def least_along(c: Context, distance: float, way: Direction) -> float:

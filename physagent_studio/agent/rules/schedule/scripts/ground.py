@@ -9,7 +9,7 @@ import numpy as np
 
 from physagent_studio.agent.rules.contract.living import is_living
 from physagent_studio.agent.rules.scene import mechanics as mech
-from physagent_studio.agent.rules.scene.framing import free_way, good_way
+from physagent_studio.agent.rules.scene.framing import free_way, good_way, way_hidden
 from physagent_studio.agent.rules.scene.measures import (
     WAYS,
     FloatArray,
@@ -70,10 +70,8 @@ def along_ground(task: Task) -> list[Action]:
         return _carried(task, target, foot)
     force = _aimed(task, target, speed)
     duration = _push_steps(task, target, speed)
-    start: list[Action] = [
-        act.push(task.name, force, start=task.delay, duration=duration, point=foot)
-    ]
-    return [*start, *brake(task, _distance(task, target), speed, duration)]
+    start = act.push(task.name, force, start=task.delay, duration=duration, point=foot)
+    return [start, *brake(task, _distance(task, target), speed, duration)]
 
 
 def _push_steps(task: Task, target: Place | None, speed: float) -> int:
@@ -119,8 +117,9 @@ def _is_carried(task: Task, target: Place | None) -> bool:
     plain = not task.intent.hits and task.speed is None and (target is None) is (task.far is None)
     plain &= target is None or (target.kind == "object" and is_living(task.name))
     plain |= _to_an_edge(task, target) and not task.intent.hits and task.speed is None
-    hows = ("offscreen", "fast", "hard", "rhythmic", "slow", "gentle")
-    told = target is None and task.intent.manner(*hows)
+    out = task.intent.manner("offscreen") and not is_living(task.name)
+    hows = task.intent.manner("fast", "hard", "rhythmic", "slow", "gentle")
+    told = target is None and (out or hows)
     further = any(f.sense not in _GOING for f in task.intent.frames)
     on_level = task.layout.ramp_below(task.name) is None
     return plain and on_level and not told and not further and _is_shoved(task, target)
@@ -163,7 +162,7 @@ def _distance(task: Task, target: Place | None) -> float:
     ahead = _heading(task)
     if task.intent.manner("offscreen"):
         free, size = free_way(task.layout, task.name, ahead), task.layout.size(task.name)
-        return min(free, GROUND.max_out_sizes * size) + 1.5 * size
+        return min(free, GROUND.max_out_sizes * size) + way_hidden(task.layout, task.name, ahead)
     if target is not None:
         distance = task.way_to(target)
         if task.intent.hits:
@@ -306,7 +305,7 @@ def _open_way(task: Task) -> Direction:
 def _way_out(task: Task, way: Direction) -> tuple[bool, float]:
     """Whether anything stands in a way out of the picture, and how long that is, m."""
     far, size = free_way(task.layout, task.name, WAYS[way]), task.layout.size(task.name)
-    reach = min(far, GROUND.max_out_sizes * size) + 1.5 * size
+    reach = min(far, GROUND.max_out_sizes * size) + way_hidden(task.layout, task.name, WAYS[way])
     return bool(met_across(task.layout, task.name, reach * WAYS[way])), far
 
 

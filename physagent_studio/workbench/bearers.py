@@ -2,14 +2,16 @@
 
 One who boxes "the ball" and "the plank" that it rolls down does not tell things from supports. A
 name that knowledge has for a surface, on which another marked thing is seen to stand or on which
-the sentence has something roll, and which the sentence itself leaves where it is, is one.
+the sentence has something roll, and which the sentence itself leaves where it is, is one. So is
+what something is told to stand on, or to come off, and is seen on, whatever its name.
 """
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from physagent_studio.knowledge import kind_of, support_kind
+from physagent_studio.knowledge import Kind, kind_of, support_kind
 from physagent_studio.language import Reading, inventory, read
+from physagent_studio.language.bearing import stands_on
 from physagent_studio.program.base import Pixel
 from physagent_studio.program.scene.state import Click, Grounding, Mark, Support
 from physagent_studio.records import Case
@@ -35,6 +37,8 @@ class BearerSettings:
     wide_ratio: float = 2.5  # 1.5..5: of a block's width over what stands on it: it is its ground
     # share, 0.1..0.8: of a thing's height, up to which it is seen before the top of a wall
     max_sunk_share: float = 0.5
+    # share, 0.1..0.4: of the box of what bears others, from above, where a top seen edge-on is
+    side_share: float = 0.25
     prop_share: float = 0.15  # 0.05..0.3: of a slope's box, from below: what props it ends there
 
 
@@ -47,7 +51,7 @@ def with_supports(case: Case) -> Case:
     What props up a slope, and is not spoken of, is part of the picture and no thing.
     """
     marks = dict(case.objects)
-    if case.image is None or not any(_may_bear(name) for name in marks):
+    if case.image is None:
         return case
     stock = inventory(case.objects, [(s.name, s.grounding) for s in case.supports], ())
     reading = read(case.prompt, stock)
@@ -77,12 +81,6 @@ def _is_under(own: Box | None, slope: Box | None) -> bool:
     return slope[0] <= middle <= slope[2] and own[1] > slope[1] and own[3] >= low
 
 
-def _may_bear(name: str) -> bool:
-    """Whether things may stand on it by its name: what no name is known of may be furniture."""
-    kind = kind_of(name)
-    return kind is None or bool(kind.top or kind.support or kind.surface)
-
-
 def _is_surface(name: str) -> bool:
     kind = kind_of(name)
     return kind is not None and (kind.support is not None or bool(kind.surface))
@@ -102,11 +100,11 @@ def _support(
     kind = kind_of(name)
     if kind is not None and kind.support == "wall":
         return _topped(name, marks, reading)
-    wide = (kind is None or bool(kind.top)) and _is_wide(name, marks, rows)
-    if not (_is_surface(name) or wide):
-        return None
     if any(name in frame.patient and frame.sense not in _STILL for frame in reading.frames):
         return None
+    wide = _is_wide(name, marks, rows)
+    if not (_is_surface(name) or (wide and (kind is None or bool(kind.top)))):
+        return _told(name, marks, reading, rows)
     told = {
         relation
         for frame in reading.frames
@@ -126,6 +124,40 @@ def _support(
         return None
     grounding = _clicked(marks[name], feet, slopes or tilts)
     return Support(name=f"{name}_ramp" if tilts else name, grounding=grounding)
+
+
+def _told(name: str, marks: Mapping[str, Grounding], reading: Reading, rows: int) -> Support | None:
+    """What the sentence has others stand on, and the picture shows them on, whatever it is called.
+
+    Where they stand near its upper end and above it, it is seen from the side: its top ends before
+    their feet, and it is as high as what is seen of it below. Of what is known, only that is taken
+    for ground: apples hang in a tree. Things of a plain form carry others as they are.
+    """
+    box, on = marks[name].box, {one for one, below in stands_on(reading).items() if below == name}
+    feet = {one: foot for one, foot in _feet_on(name, marks, 0, on).items() if one in on}
+    kind = kind_of(name)
+    if box is None or not feet or (_is_plain(kind) and not _is_wide(name, marks, rows)):
+        return None
+    left, top, right, bottom = box
+    clicks = _clicked(marks[name], [*feet.values()], slopes=False)
+    lowest, over = max(y for _, y in feet.values()), all(_is_over(marks[o].box, top) for o in feet)
+    if not over or lowest > top + BEARER.side_share * (bottom - top):
+        return Support(name=name, grounding=clicks) if kind is None else None
+    corners = ((left, lowest), (right, lowest), (right, top), (left, top))
+    ends = [Mark(role="top", x=x, y=y) for x, y in corners]
+    # What goes on below the picture shows no foot.
+    ends += [Mark(role="foot", x=left, y=bottom)] if bottom < rows - 2 else []
+    return Support(name=name, grounding=clicks.model_copy(update={"marks": tuple(ends)}))
+
+
+def _is_over(box: Box | None, row: float) -> bool:
+    """Whether most of a thing is seen above a row of the picture."""
+    return box is not None and row > box[3] - BEARER.max_sunk_share * (box[3] - box[1])
+
+
+def _is_plain(kind: Kind | None) -> bool:
+    """Whether things of that kind are fitted by a form with a top, as a box is."""
+    return kind is not None and bool(kind.shapes) and kind.shapes[0] != "inflated"
 
 
 def _topped(name: str, marks: Mapping[str, Grounding], reading: Reading) -> Support | None:

@@ -105,3 +105,46 @@ def test_things_on_a_wall_stand_on_its_top_whether_its_front_is_marked_too(botto
 def test_what_stands_before_a_wall_does_not_stand_on_it():
     boxes = {"tin": (277, 393, 349, 490), "wall": (0, 157, 900, 420)}
     assert _names(with_supports(_case("The tin falls over.", **boxes)))[1] == []
+
+
+SEAT = {"cup": (300, 100, 400, 170), "armrest": (250, 160, 460, 400)}
+
+
+@pytest.mark.parametrize(
+    ("prompt", "bears"),
+    [
+        ("The cup slides off the armrest and falls.", True),
+        ("The cup on the armrest tips over and rolls down from it.", True),
+        ("The cup slides to the left.", False),
+        ("The cup bounces off the armrest.", False),
+        ("The cup jumps onto the armrest and off it again.", False),
+        ("The armrest slides to the left and the cup falls off the armrest.", False),
+    ],
+)
+def test_what_a_thing_is_told_to_leave_bears_it_whatever_it_is_called(prompt, bears):
+    case = with_supports(_case(prompt, **SEAT))
+    assert _names(case)[1] == (["armrest"] if bears else [])
+
+
+@pytest.mark.parametrize(("bottom", "feet"), [(400, 1), (480, 0)])
+def test_the_top_of_what_is_seen_from_the_side_ends_before_the_feet_on_it(bottom, feet):
+    boxes = {**SEAT, "armrest": (250, 160, 460, bottom)}
+    (found,) = with_supports(_case("The cup slides off the armrest.", **boxes)).supports
+    rows = [y for _, y in found.grounding.marked("top")]
+    assert rows[2:] == [160, 160]
+    assert 170 < rows[0] == rows[1] < 180
+    assert len(found.grounding.marked("foot")) == feet
+
+
+def test_what_is_seen_elsewhere_does_not_stand_on_what_it_is_told_to_leave():
+    boxes = {**SEAT, "cup": (600, 100, 660, 170)}
+    assert _names(with_supports(_case("The cup slides off the armrest.", **boxes)))[1] == []
+
+
+@pytest.mark.parametrize(("name", "bears"), [("tree", False), ("stool", True), ("barrel", False)])
+def test_of_known_things_those_without_a_plain_form_bear_what_is_seen_above_them(name, bears):
+    rows = (100, 170) if name != "tree" else (180, 220)
+    boxes = {"toy": (300, rows[0], 400, rows[1]), name: (250, 160, 460, 400)}
+    assert _names(with_supports(_case(f"The toy falls off the {name}.", **boxes)))[1] == (
+        [name] if bears else []
+    )

@@ -10,9 +10,12 @@ from physagent_studio.agent.rules.schedule.scripts.carrying import met_across
 from physagent_studio.agent.rules.schedule.speeds import speed_range
 from physagent_studio.language import EventFrame, Reading
 from physagent_studio.language.tokens.vocabulary import words_of
+from physagent_studio.program.base import Direction
 
 _BY_ITSELF = words_of("roll fly slide")
 _GOES_NOWHERE = words_of("be stay rest stop settle stack hang turn_around spin")
+
+_WAYS_OUT: tuple[Direction, ...] = ("left", "right", "away", "toward_camera")
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,8 +68,8 @@ def _gets_out(frame: EventFrame, name: str, layout: Layout, seconds: float) -> b
     enough for the way out."""
     if not layout.has(name) or layout.carrier(name) != layout.ground():
         return False
-    said = [way for way in ("left", "right", "away", "toward_camera") if way == frame.direction]
-    far = {way: _way_out(layout, name, WAYS[way]) for way in said or ("left", "right")}
+    said = [way for way in _WAYS_OUT if way == frame.direction]
+    far = {way: _way_out(layout, name, WAYS[way]) for way in said or _WAYS_OUT[:2]}
     if all(met_across(layout, name, length * WAYS[way]) for way, length in far.items()):
         return False
     pace = speed_range(frame, layout.size(name))

@@ -10,12 +10,11 @@ from physagent_studio.agent.rules.schedule.scripts.carrying import met_across
 from physagent_studio.agent.rules.schedule.speeds import speed_range
 from physagent_studio.language import EventFrame, Reading
 from physagent_studio.language.tokens.vocabulary import words_of
-from physagent_studio.program.base import Direction
 
 _BY_ITSELF = words_of("roll fly slide")
 _GOES_NOWHERE = words_of("be stay rest stop settle stack hang turn_around spin")
 
-_WAYS_OUT: tuple[Direction, ...] = ("left", "right", "away", "toward_camera")
+_WAYS_OUT = ("left", "right", "away", "toward_camera")
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,12 +67,13 @@ def _gets_out(frame: EventFrame, name: str, layout: Layout, seconds: float) -> b
     enough for the way out."""
     if not layout.has(name) or layout.carrier(name) != layout.ground():
         return False
-    said = [way for way in _WAYS_OUT if way == frame.direction]
-    far = {way: _way_out(layout, name, WAYS[way]) for way in said or _WAYS_OUT[:2]}
-    if all(met_across(layout, name, length * WAYS[way]) for way, length in far.items()):
+    said = {frame.direction} if frame.direction in _WAYS_OUT else {"left", "right"}
+    ways = [vector for way, vector in WAYS.items() if way in said]
+    far = [_way_out(layout, name, way) for way in ways]
+    if all(met_across(layout, name, long * way) for long, way in zip(far, ways, strict=True)):
         return False
     pace = speed_range(frame, layout.size(name))
-    return pace is not None and min(far.values()) < pace[1] * LEAVING.time_share * seconds
+    return pace is not None and min(far) < pace[1] * LEAVING.time_share * seconds
 
 
 def _way_out(layout: Layout, name: str, way: FloatArray) -> float:

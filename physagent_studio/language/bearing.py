@@ -39,5 +39,5 @@ def _told(frame: EventFrame) -> Iterable[tuple[str, bool]]:
     for relation, place in frame.places:
         here = relation in _THERE and frame.sense in _RESTING
         left = relation in _LEFT and frame.sense not in _REBOUNDS
-        if place.kind in ("object", "support") and (here or left or relation in _THERE):
+        if place.kind in ("object", "support") and (left or relation in _THERE):
             yield place.name, (here or left) and not frame.negated

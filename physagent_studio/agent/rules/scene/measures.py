@@ -35,7 +35,7 @@ OPPOSITE: dict[Direction, Direction] = {
 }  # fmt: skip
 
 
-def are_opposite(way: str | None, other: str | None = None) -> bool:
+def are_opposite(way: str | None, other: str | None) -> bool:
     """Whether these are two named directions, and one the reverse of the other."""
     return (way, other) in OPPOSITE.items()
 

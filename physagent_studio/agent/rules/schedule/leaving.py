@@ -69,11 +69,12 @@ def _gets_out(frame: EventFrame, name: str, layout: Layout, seconds: float) -> b
         return False
     said = {frame.direction} if frame.direction in _WAYS_OUT else {"left", "right"}
     ways = [vector for way, vector in WAYS.items() if way in said]
-    far = [_way_out(layout, name, way) for way in ways]
-    if all(met_across(layout, name, long * way) for long, way in zip(far, ways, strict=True)):
-        return False
+    far = [(_way_out(layout, name, way), way) for way in ways]
+    free = [length for length, way in far if not met_across(layout, name, length * way)]
     pace = speed_range(frame, layout.size(name))
-    return pace is not None and min(far) < pace[1] * LEAVING.time_share * seconds
+    if not free or pace is None:
+        return False
+    return min(free) < pace[1] * LEAVING.time_share * seconds
 
 
 def _way_out(layout: Layout, name: str, way: FloatArray) -> float:

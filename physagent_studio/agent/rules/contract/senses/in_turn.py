@@ -16,7 +16,7 @@ def in_turn(c: Context, found: list[Spec]) -> list[Spec]:
     if item is None or (item.wheels is not None and not backed):
         # "Drives to the right and turns left" is one way with a bend.
         return found
-    if not ways or c.frame.link != "then" or not are_opposite(ways[-1], *c.ways()[:1]):
+    if not ways or c.frame.link != "then" or not are_opposite(ways[-1], next(iter(c.ways()), None)):
         return found
     others = [f for f in c.later if f.sense in _LEGS and f.direction and not f.negated]
     begins = round(len(ways) / (len(ways) + 1 + len(others)) * c.steps)

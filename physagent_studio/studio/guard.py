@@ -40,6 +40,9 @@ from physagent_studio.studio.door import (
     path_of,
 )
 
+ANSWERED_SECONDS = 60.0
+"""How long a request may take from its first byte to its answer: websockets drops one after ten,
+and the first pictures of a scene take longer where the machine is busy."""
 MAX_MESSAGE = 24 * 2**20
 """Largest message that a browser may send, bytes: a photo of 16 MB in base64."""
 
@@ -189,6 +192,7 @@ def _guarded(pages: Pages, talk: Talk, access: Access, door: socket.socket) -> I
                 )
             return answer(connection, request, pages, client, access, arriving)
 
+        options["open_timeout"] = ANSWERED_SECONDS
         options["max_size"] = MAX_MESSAGE
         options["max_queue"] = 2
         options["logger"] = _SILENT

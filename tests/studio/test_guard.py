@@ -5,6 +5,7 @@ from __future__ import annotations
 import http.client
 import json
 import socket
+import threading
 from collections.abc import Iterator
 
 import numpy as np
@@ -126,6 +127,27 @@ def test_sockets_go_where_they_belong(server: viser.ViserServer) -> None:
 def test_paths_that_nobody_serves(server: viser.ViserServer) -> None:
     for path in ("/nothing", "/index.html", "/viewer/", "/viewer/../guard.py", "/%2e%2e/guard.py"):
         assert _get(server, path).status == 404, path
+
+
+def test_a_picture_that_takes_long_is_waited_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    made = threading.Event()
+
+    def slow(_path: str) -> Page:
+        made.wait(5)
+        return Page("image/jpeg", b"a picture")
+
+    for seconds, dropped in ((0.5, True), (guard.ANSWERED_SECONDS, False)):
+        monkeypatch.setattr(guard, "ANSWERED_SECONDS", seconds)
+        running = open_server(0, slow, _echo)
+        try:
+            if dropped:
+                with pytest.raises(http.client.RemoteDisconnected):
+                    _get(running, "/frame/1.jpg")
+                made.set()
+            else:
+                assert _get(running, "/frame/1.jpg").read() == b"a picture"
+        finally:
+            stop_server(running)
 
 
 def test_a_connection_that_is_dropped_says_nothing_on_the_terminal(

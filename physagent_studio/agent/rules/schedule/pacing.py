@@ -11,6 +11,7 @@ from physagent_studio.agent.rules.scene.measures import Layout
 from physagent_studio.agent.rules.schedule.scripts.blows import blow, sent_off
 from physagent_studio.agent.rules.schedule.scripts.task import Task
 from physagent_studio.agent.rules.schedule.speeds import speed_range
+from physagent_studio.contract.view.footing import ALONG_THE_GROUND
 from physagent_studio.language import Reading
 from physagent_studio.program.contract import Speeds
 
@@ -45,6 +46,8 @@ def _pace(intent: Intent, layout: Layout, needed: float) -> Speeds | None:
     if not ranges:
         return None
     low, high, verb = max(ranges, key=lambda row: row[1])
+    # "Is pushed until it hits the table" goes as it stands, as fast as what hits may.
+    verb = next((sense for _, _, sense in ranges if sense in ALONG_THE_GROUND), verb)
     # Where it is told how far, it may go as fast as that takes.
     high = max(high, round(1.5 * needed, 3))
     return Speeds(subject=name, verb=verb.replace("_", " "), low=low, high=high)

@@ -8,6 +8,7 @@ from physagent_studio.agent.rules import RuleGenerator
 from physagent_studio.contract import measure
 from physagent_studio.knowledge import pace_of
 from physagent_studio.program import PhysicalProgram
+from physagent_studio.program.actions import ApplyForce, OnContact
 from physagent_studio.program.contract import Speeds
 from physagent_studio.simulation import simulate
 from tests.agent.rules.scenes import STAGES
@@ -26,6 +27,24 @@ def test_what_rolls_by_itself_has_the_pace_of_rolling() -> None:
     assert known is not None
     assert pace.verb == "roll"
     assert 0 < pace.low < pace.high <= known.plain.metres.high
+
+
+def test_what_is_pushed_until_it_hits_goes_as_it_stands() -> None:
+    """It is pushed at its foot for all of its way, and held there as the two meet."""
+    program = program_of("desk", "The red cube is pushed to the left until it hits the blue cup.")
+    assert [pace.verb for pace in program.contract.paces if pace.subject == "red_cube"] == ["push"]
+    push, slow = (a for a in program.event.actions if isinstance(a, ApplyForce))
+    assert push.point is not None
+    assert push.point == slow.point
+    assert isinstance(slow.when, OnContact)
+    checks = measure(program, simulate(program, {}))
+    assert all(check.ok for check in checks if check.id.startswith("view.footing."))
+    assert any(check.id == "view.footing.red_cube" for check in checks)
+
+
+def test_what_hits_by_itself_is_sent_off_by_a_blow() -> None:
+    program = program_of("desk", "The red cube slides to the left and hits the blue cup.")
+    assert [getattr(action, "point", None) for action in program.event.actions] == [None]
 
 
 def test_slowly_is_slower_and_fast_is_faster() -> None:

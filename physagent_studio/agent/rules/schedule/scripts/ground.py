@@ -49,6 +49,7 @@ class GroundSettings:
 
 GROUND = GroundSettings()
 _TAKEN = ("pull", "push", "slide", "move", "knock")
+_LED = ("push", "pull")
 _GOING = words_of("move slide push pull stop settle start")
 """What is said of a thing that is carried along and has nothing else to do."""
 
@@ -71,7 +72,7 @@ def along_ground(task: Task) -> list[Action]:
     force = _aimed(task, target, speed)
     duration = _push_steps(task, target, speed)
     start = act.push(task.name, force, start=task.delay, duration=duration, point=foot)
-    return [start, *brake(task, _distance(task, target), speed, duration)]
+    return [start, *brake(task, _distance(task, target), speed, duration, foot)]
 
 
 def _push_steps(task: Task, target: Place | None, speed: float) -> int:
@@ -95,7 +96,9 @@ def _is_shoved(task: Task, target: Place | None) -> bool:
         coasting = math.sqrt(2 * _distance(task, target) / (mech.G * task.wheels.rolling))
         return coasting < task.seconds(GROUND.max_push_share) and not task.intent.hits
     sliding = not task.layout.rolls(task.name)
-    blows = () if task.intent.manner("slow", "gentle") else ("hit", "strike")
+    pushed = any(f.sense in _LED and task.name not in f.agent for f in task.intent.frames)
+    led = task.intent.manner("slow", "gentle") or pushed
+    blows = () if led else ("hit", "strike")
     sent = task.intent.has("kick", "throw", "slip", *blows) or bool(task.intent.struck_by)
     sent |= _leaves_what_is_on_it(task)
     free = task.ground_friction() < GROUND.max_glide_friction or task.intent.manner("flicked")
@@ -234,10 +237,7 @@ def _on_wheels(task: Task, axis: FloatArray, target: Place | None, speed: float)
     """A push along its axis, to what lies ahead or straight on."""
     if target is not None and target.kind == "object" and task.passes() is None:
         place = place_name(target)
-        if (
-            float(unit(level(task.layout.position(place) - task.layout.position(task.name))) @ axis)
-            > GROUND.min_ahead_cosine
-        ):
+        if float(task.way_onto(place) @ axis) > GROUND.min_ahead_cosine:
             return act.toward_or_along(speed, toward=place)
     return act.toward_or_along(speed, vector=axis)
 

@@ -10,6 +10,7 @@ from physagent_studio.agent.rules.schedule import actions as act
 from physagent_studio.agent.rules.schedule.scripts.blows import blow, sent_off
 from physagent_studio.agent.rules.schedule.scripts.task import Task
 from physagent_studio.program.actions import Action
+from physagent_studio.program.base import Position
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,8 +46,13 @@ def stopping_speed(task: Task, distance: float, friction: float) -> float:
     return min(math.sqrt(min(before, 8.0) ** 2 + slowing * distance), 10.0)
 
 
-def brake(task: Task, distance: float, speed: float, start: int) -> list[Action]:
-    """A ball rolls far: a brake that stops it where it shall; at what it hits, only there."""
+def brake(
+    task: Task, distance: float, speed: float, start: int, foot: Position | None
+) -> list[Action]:
+    """A ball rolls far: a brake that stops it where it shall; at what it hits, only there.
+
+    foot: where it is pushed, in its body frame, if a hand shoves it along.
+    """
     rolls, hits = task.layout.rolls(task.name), task.intent.hits
     near = task.intent.place("near", senses=("stop",))
     at_it = near is None or near.name in hits
@@ -56,6 +62,14 @@ def brake(task: Task, distance: float, speed: float, start: int) -> list[Action]
         when = act.on_contact(task.name, hits[0])
         steps = task.clip.steps
         return [act.push(task.name, force, start=0, when=when, duration=steps, label="brake")]
+    if foot is not None and hits and task.layout.has(hits[0]):
+        # The hand that pushes it is still there as they meet: it does not trip over its own feet.
+        seconds = 2 * STOPPING.after_blow_sizes * task.layout.size(task.name) / max(speed, 0.1)
+        steps = round(min(seconds, task.seconds(0.4)) / task.clip.step_seconds)
+        still = act.toward_or_along(0.0, toward=hits[0])
+        when = act.on_contact(task.name, hits[0])
+        return [act.push(task.name, still, start=0, when=when, duration=max(steps, 1),
+                         point=foot, label="slow")]  # fmt: skip
     if not rolls or not (task.intent.has("stop", "settle", "slow") or task.ends_short):
         return []
     slowing = max(speed * speed / max(distance, 0.05), 0.2)

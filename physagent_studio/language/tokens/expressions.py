@@ -112,7 +112,7 @@ _PLAIN = {
     "goes back to its upright position|stands upright again",
     "steadily": "at constant speed|with constant speed|at a constant speed|at a steady speed|"
     "at a steady pace|with a constant speed|at constant velocity|with constant velocity",
-    "": "off centre|off center|realistic physics :|realistically :",
+    "": "at all|in the least|off centre|off center|realistic physics :|realistically :",
     "and": "and in turn|hard enough to|with enough force to|strongly enough to|fast enough to",
     "upright": "on its wheels|on its feet|on its legs|on its paws|on all fours|on its base",
     "lifts": "picks up|takes up",

@@ -45,6 +45,13 @@ def test_an_object_of_nothing_denies(prompt: str) -> None:
     assert {s.kind for s in statements} - {"contacts"} <= {"moves"}
 
 
+@pytest.mark.parametrize("rest", ["does not move at all", "does not move in the least"])
+def test_at_all_only_stresses(rest: str) -> None:
+    statements = program("fruit", f"The left apple rolls away, but the right one {rest}.").contract
+    still = [s.subject for s in statements.statements if s.kind == "stays"]
+    assert still == ["right_apple"]
+
+
 @pytest.mark.parametrize("prompt", ["Neither apple moves.", "Neither of the apples moves."])
 def test_neither_denies_both(prompt: str) -> None:
     statements = program("fruit", prompt).contract.statements

@@ -13,6 +13,7 @@ def in_their_light(frames: list[EventFrame]) -> None:
     _as_it_came(frames)
     _aim_at_what_gives_way(frames)
     _but_not(frames)
+    _but_what_stays(frames)
     _struck_the_one(frames)
     _passed_on(frames)
     _back_to_a_side(frames)
@@ -245,6 +246,23 @@ def _but_not(frames: list[EventFrame]) -> None:
         fewer = set(after.patient) < set(frame.patient) and after.link == "then"
         if denied and fewer and not (frame.any_one or frame.counted or after.sequel):
             kept = tuple(name for name in frame.patient if name not in after.patient)
+            frames[index] = replace(frame, patient=kept)
+
+
+def _but_what_stays(frames: list[EventFrame]) -> None:
+    """ "The stack is pushed: the top book slides off, while the others stay", "… and only the top
+    book moves": the others are not pushed."""
+    still: set[str] = set()
+    for before, frame in pairwise([EventFrame("", ""), *frames]):
+        counted = frame.any_one or frame.counted or frame.places
+        stays = frame.sense == "stay" and (frame.posture == "still" or frame.link == "while")
+        if not counted and (stays or (frame.sense == "move" and frame.negated)):
+            still |= set(frame.patient) - set(before.patient if frame.rest else ())
+        if frame.only and frame.sense in (*_SHOVED, *_OVER) and not frame.negated:
+            still |= set(before.patient) - set(frame.patient)
+    for index, frame in enumerate(frames):
+        kept = tuple(name for name in frame.patient if name not in still)
+        if frame.sense in _SHOVED and not (frame.negated or frame.agent) and kept:
             frames[index] = replace(frame, patient=kept)
 
 

@@ -15,6 +15,7 @@ MASKS = {
     "unions of drafts": "any two drafts together are one more",
     "framed": "what frames an upright rectangle belongs to it",
     "rare colours": "a cut by the colours of a box that are rare around it is one more draft",
+    "upon another": "what stands on a thing keeps what both masks cover",
     "tight boxes": "a box that a person drew ends where the thing ends",
     "settled outline": "the outline settled at the size of the picture",
     "stacks": "things of one kind above one another cut apart along seams",

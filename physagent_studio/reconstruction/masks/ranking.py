@@ -31,7 +31,7 @@ class RankingSettings:
     map_weight: float = 0.65
     # share, 0.02..0.2: of a box that a person drew, by which a thing may end before a side of it
     loose_share: float = 0.09
-    short_loss: float = 0.6  # weight, 0..2: of what it ends before the sides beyond that
+    short_loss: float = 1.2  # weight, 0..2: of what it ends before the sides beyond that
     frame_gain: float = 0.1  # score, 0..0.2: of a rectangle that a box is drawn closely around
     denied_loss: float = 0.5  # score, 0.1..1: of a draft that covers all clicks outside
     spot_px: int = 8  # 2..20: of the view, about a click: a person points no better

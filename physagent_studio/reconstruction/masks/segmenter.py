@@ -15,6 +15,7 @@ from physagent_studio.knowledge.things import usual_size
 from physagent_studio.program.scene.state import Click, Grounding, Stroke
 from physagent_studio.reconstruction.learned.at_hand import NOTHING, Learned
 from physagent_studio.reconstruction.masks.box_drafts import found_in
+from physagent_studio.reconstruction.masks.competition import compete
 from physagent_studio.reconstruction.masks.draft_score import Draft
 from physagent_studio.reconstruction.masks.learned_offers import ranked_together
 from physagent_studio.reconstruction.masks.round_outlines import rounder_first
@@ -241,28 +242,6 @@ def settled(name: str, groundings: Sequence[tuple[str, Grounding]]) -> Grounding
     return own.model_copy(update={"points": points[:500], "settled": True, "proposed": False})
 
 
-def compete(
-    masks: Mapping[str, BoolArray], owned: Mapping[str, BoolArray] | None = None
-) -> dict[str, BoolArray]:
-    """Every pixel belongs to one object: where masks overlap, the smaller one keeps it.
-
-    owned: pixels that a person gave to an object; no other takes them.
-    """
-    order = sorted(masks, key=lambda name: int(np.count_nonzero(masks[name])))
-    taken: BoolArray | None = None
-    out: dict[str, BoolArray] = {}
-    given = owned or {}
-    for name in order:
-        mask = masks[name]
-        for other, own in given.items():
-            if other != name:
-                mask = mask & ~(own & ~given.get(name, np.zeros_like(own)))
-        free = mask if taken is None else mask & ~taken
-        out[name] = free
-        taken = free.copy() if taken is None else taken | free
-    return {name: out[name] for name in masks}
-
-
 def choose(
     candidates: Mapping[str, Offers],
     groundings: Sequence[tuple[str, Grounding]],
@@ -282,7 +261,8 @@ def choose(
         picked[name] = corrected(image, mask, grounding.strokes)
         if grounding.strokes:
             owned[name] = drawn(grounding.strokes, shape).inside
-    masks = compete(picked, owned)
+    boxes = {name: own.box for name, own in groundings if own.box is not None}
+    masks = compete(picked, owned, boxes)
     for name, grounding in groundings:
         left, had = np.count_nonzero(masks[name]), np.count_nonzero(picked[name])
         if left < max(SEGMENTER.min_mask_px, SEGMENTER.min_left_share * had) and any(

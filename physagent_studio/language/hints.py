@@ -21,6 +21,11 @@ _ALOFT = re.compile(
     r"|mid-?air|in the air|airborne"
     r"|(?:sinks?|sinking|descends?|descending)\b[^.;,]{0,30}\bto the (?:ground|floor))\b"
 )
+_RISEN = re.compile(
+    r"\b(ris(?:es?|en|ing)|rose|lift\w*|rais\w*|picked up|jump\w*|leap\w*|hop\w*|tak(?:es?|ing) off"
+    r"|toss\w*|throw\w*|bounc\w*)\b"
+)
+_HOVERING = re.compile(r"\b(hover\w*|float\w*|mid-?air|in the air|airborne)\b")
 _LEANING = re.compile(r"\b(lean(?:s|ing|t|ed)?|propped|tilted|aslant|askew)\b")
 _SLIDING = re.compile(r"\b(slid\w*|glid\w*)\b")
 _DROPPING = re.compile(
@@ -71,8 +76,14 @@ def hints(prompt: str, objects: Collection[str], supports: Collection[str] = ())
     names = (*objects, *supports)
     hollow = frozenset(name for name in names if _is_vessel(name, prompt))
     things = (*objects, *(name for name in supports if name in hollow))
+    # "Rises off the table and hovers in the air" does not hang there to begin with.
+    risen = _RISEN.search(prompt.lower())
+    at_first = prompt
+    if risen is not None:
+        end = risen.end()
+        at_first = prompt[:end] + _HOVERING.sub("", prompt[end:].lower())
     return SceneHints(
-        aloft=frozenset(name for name in things if _is_said(_ALOFT, name, things, prompt)),
+        aloft=frozenset(name for name in things if _is_said(_ALOFT, name, things, at_first)),
         leaning=frozenset(name for name in things if _is_said(_LEANING, name, things, prompt)),
         sliding=frozenset(name for name in objects if _is_said(_SLIDING, name, things, prompt)),
         dropping=frozenset(name for name in objects if _is_said(_DROPPING, name, things, prompt)),

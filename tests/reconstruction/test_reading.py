@@ -65,6 +65,19 @@ def test_words_that_lift_belong_to_the_nearest_noun():
     assert hints(words, names).aloft == {"pumpkin"}
 
 
+@pytest.mark.parametrize(
+    ("words", "aloft"),
+    [
+        ("The glass rises off the table, hovers in the air and drops back down.", set()),
+        ("The balloon jumps up. It floats in the air.", set()),
+        ("The balloon floats in the air and then rises.", {"balloon"}),
+        ("The cup is thrown at the lamp that hangs there.", {"lamp"}),
+    ],
+)
+def test_what_goes_up_first_does_not_hang_there_to_begin_with(words, aloft) -> None:
+    assert hints(words, ["glass", "balloon", "cup", "lamp"]).aloft == aloft
+
+
 def test_stacks_are_read_from_masks():
     masks = {name: np.zeros((200, 200), bool) for name in ("top", "low", "far")}
     masks["top"][40:80, 60:120] = True

@@ -7,6 +7,7 @@ import pytest
 from physagent_studio.agent.rules import RuleGenerator
 from physagent_studio.contract.measure import measure
 from physagent_studio.program import PhysicalProgram
+from physagent_studio.program.actions import SetAngularVelocity
 from physagent_studio.program.rotations import matrix_of
 from physagent_studio.program.scene.state import Box, Cylinder, Sphere
 from physagent_studio.simulation import simulate
@@ -91,3 +92,20 @@ def test_what_falls_over_and_knocks_a_near_thing_away_falls_onto_it(prompt: str)
     assert tip.id == "tip_domino"
     kinds = {statement.kind for statement in program.contract.statements}
     assert {"topples", "contacts", "moves"} <= kinds
+
+
+def test_what_is_wide_is_tilted_slowly_over_its_edge() -> None:
+    """Thrown over by a push it would turn on, or fly: it comes to lie on its side beside itself."""
+    court = STAGES["court"]
+    program = RuleGenerator().first(court.case("The crate tips over to the left."), court.reconstruct)
+    (tip,) = program.event.actions
+    assert isinstance(tip, SetAngularVelocity)
+    rollout = simulate(program, {})
+    places = rollout.positions[:, rollout.index("crate")]
+    item = program.scene.object("crate")
+    assert item is not None
+    checks = {check.id: check for check in measure(program, rollout)}
+    assert all(check.ok for name, check in checks.items() if "tossed" in name or "place" in name)
+    assert checks["crate_topples"].ok
+    assert checks["crate_topples"].measured == pytest.approx(90, abs=15)
+    assert places[-1, 0] < places[0, 0]

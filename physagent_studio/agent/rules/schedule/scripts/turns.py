@@ -25,6 +25,9 @@ class TurnSettings:
     grip_share: float = 0.8
     tip_s: float = 0.25  # s, 0.05..0.5: that a thing is tipped for
     sure_factor: float = 1.05  # 1..1.5: of the push that just suffices
+    # 0.1..0.6: over the root of gravity by its reach, of the rate at which a hand tilts a thing
+    tilt_ratio: float = 0.25
+    tilted_factor: float = 1.05  # 1..1.3: of the angle at which it balances, to which it is tilted
     out_share: float = 0.4  # 0.2..0.45: of the clip, in which a thing gets to where it turns back
     over_share: float = 0.35  # 0.2..0.5: of the clip, after which it lies and is sent on
     on_share: float = 0.4  # 0.2..0.6: of the clip, in which it gets there then
@@ -51,11 +54,14 @@ def tip(task: Task, said: Direction | None = None) -> list[Action]:
     way = way if onto is None else task.way_onto(onto)
     height = layout.height(task.name)
     width = layout.extent(task.name, way)
+    wide = width > TURNS.grip_share * task.ground_friction() * height
+    if wide and not task.intent.has("flip"):
+        return [_tilted(task, way, height, width)]
     named = named_way(way) if onto is None else None
     push = mech.push_to_topple(height, width, TURNS.tip_s)
     point, lift, speed = act.top_point(layout, task.name), 0.0, TURNS.sure_factor * push.speed
     slope = math.atan2(2 * width, height)
-    if width > TURNS.grip_share * task.ground_friction() * height:
+    if wide:
         # Pushed along the level it would slide: its rear edge is lifted, square to the lever.
         point, lift = act.rear_top_point(layout, task.name, way), math.degrees(slope)
     else:
@@ -63,6 +69,16 @@ def tip(task: Task, said: Direction | None = None) -> list[Action]:
     force = act.toward_or_along(speed, toward=onto, way=named, elevation=lift)
     steps = max(round(push.seconds / task.clip.step_seconds), 2)
     return [act.push(task.name, force, start=task.delay, duration=steps, point=point, label="tip")]
+
+
+def _tilted(task: Task, way: FloatArray, height: float, width: float) -> Action:
+    """Slowly, as a hand does, to where it balances over its lower edge and a little on: pushed at
+    its top it would slide, and thrown over it would turn on."""
+    rate = TURNS.tilt_ratio * math.sqrt(mech.G / math.hypot(height / 2, width))
+    seconds = TURNS.tilted_factor * math.atan2(width, height / 2) / rate
+    steps = math.ceil(seconds / task.clip.step_seconds)
+    axis = np.cross(UP, way)
+    return act.spin(task.name, axis, rate, start=task.delay, duration=steps, label="tip")
 
 
 def _free_way(task: Task) -> Direction:

@@ -108,6 +108,9 @@ def _carried_out(
         for role in in_order(request.by_hand):
             carry_out(desk, TakeRole(role), "person")
         carry_out(desk, Advance(policy, "simulate"), "person")
+        if request.masks is not None:
+            # What was cut out is there to be looked at while the search goes on.
+            save_cut_out(desk, request.masks)
         if peer is not None and desk.state.phase == "simulate":
             edits = peer.edits_of_scheduled(desk.program)
             carry_out(desk, ApplyEdits(edits, "as the configuration says"), "person")

@@ -40,6 +40,7 @@ PLATES = {
     "deep shade": "ground of another colour is what is beside it in the shade of the sun",
     "narrow gaps": "what a thing encloses leaves with it where that is narrow",
     "bystanders": "what else stands in the shade of a thing is none of it and stays",
+    "shade of bystanders": "shade that lies nearer to a bystander is its own",
     "slits": "no slit between a thing and its shade",
     "contact shade": "the dark line below a thing leaves with it",
     "straight lines": "edges seen on both sides of a hole are joined",

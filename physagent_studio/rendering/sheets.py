@@ -43,15 +43,19 @@ def marked(pixels: Image, clicks: Sequence[tuple[str, Click]]) -> Image:
     return canvas
 
 
-def outlined(pixels: Image, masks: Mapping[str, NDArray[np.bool_]]) -> Image:
+def outlined(
+    pixels: Image,
+    masks: Mapping[str, NDArray[np.bool_]],
+    colour: tuple[int, int, int] = (255, 230, 0),
+) -> Image:
     """A copy with the outline of each mask (H, W) drawn over it, and its name where it begins."""
     canvas = np.ascontiguousarray(pixels).copy()
     size = max(pixels.shape[:2]) / 800
     thin = max(1, round(1.5 * size))
     for mask in masks.values():
         found, _ = cv2.findContours(mask.astype(np.uint8), cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)
-        for colour, width in (((0, 0, 0), thin + 2), ((255, 230, 0), thin)):
-            cv2.drawContours(canvas, found, -1, colour, width, cv2.LINE_AA)
+        for ink, width in (((0, 0, 0), thin + 2), (colour, thin)):
+            cv2.drawContours(canvas, found, -1, ink, width, cv2.LINE_AA)
     for name, mask in masks.items():
         rows, columns = np.nonzero(mask)
         if rows.size:

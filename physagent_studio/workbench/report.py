@@ -11,6 +11,7 @@ import numpy as np
 from physagent_studio.contract import Facts
 from physagent_studio.contract.view import pacing_of
 from physagent_studio.exchange.files import written
+from physagent_studio.reconstruction.shapes.silhouettes import silhouette
 from physagent_studio.records import Check, Doubt, Image, LoopState, Round, Scene, doubts_of
 from physagent_studio.rendering.sheets import outlined
 from physagent_studio.session import Session
@@ -87,6 +88,8 @@ def _clause(item: Round | None, clause_id: str | None) -> str | None:
 
 TILE_WIDTH = 416
 """Pixels of the width in which each candidate is shown."""
+SUPPORT_COLOUR = (90, 200, 255)
+"""Of the outlines of what things stand on; those of things are yellow."""
 DIMMED = 0.35
 """How bright the picture stays outside a candidate."""
 
@@ -109,7 +112,8 @@ def save_candidates(desk: Desk, name: str) -> Path:
 
 
 def save_cut_out(desk: Desk, path: Path) -> bool:
-    """Writes the photo with the outline and the name of each thing that was cut out.
+    """Writes the photo with the outline and the name of each thing that was cut out, and those of
+    what things stand on.
 
     False where nothing was. Raises InputError where it cannot be written.
     """
@@ -118,8 +122,21 @@ def save_cut_out(desk: Desk, path: Path) -> bool:
     if scene is None or scene.photo is None or not scene.masks:
         return False
     with written(path) as partial:
-        partial.write_bytes(png(outlined(scene.photo, scene.masks)))
+        below = outlined(scene.photo, _supports_seen(scene), SUPPORT_COLOUR)
+        partial.write_bytes(png(outlined(below, scene.masks)))
     return True
+
+
+def _supports_seen(scene: Scene) -> dict[str, np.ndarray]:
+    """(H, W) what each support covers that ends within the picture, by name."""
+    camera = scene.state.camera
+    ending = [
+        s.name for s in scene.state.supports if s.shape is not None and s.shape.kind != "floor"
+    ]
+    if camera is None:
+        return {}
+    meshes = {name: scene.support_meshes[name] for name in ending if name in scene.support_meshes}
+    return {name: silhouette(camera, mesh.vertices, mesh.faces) for name, mesh in meshes.items()}
 
 
 def candidates_picture(scene: Scene, name: str) -> Image:

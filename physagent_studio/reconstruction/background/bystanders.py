@@ -36,6 +36,10 @@ class BystanderSettings:
     min_beyond_shares: tuple[float, float, float] = (0.45, 0.25, 0.1)
     clear_edge_share: float = 0.9  # 0.7..0.98: of its outline: all of it stands out
     clear_agreement: float = 0.8  # mean IoU, 0.6..0.95: of looks at it that agree
+    max_shading_share: float = (
+        0.6  # 0.3..0.9: of it that is beyond: less stands in what is taken out
+    )
+    shade_ratio: float = 0.5  # 0.1..2: over the root of its area, around it: shade there is its own
     foot_share: float = 0.2  # 0.05..0.5: of a marked thing's height, which is its foot
     # 0.1..0.6: of what is around a foot: more of it is what that stands on, or painted there
     max_under_share: float = 0.25
@@ -77,6 +81,37 @@ def bystanders(photo: Image, things: BoolArray, hole: BoolArray) -> BoolArray:
     found &= joined | ~taken
     wide = cv2.resize(found.astype(np.float32), hole.shape[::-1], interpolation=cv2.INTER_LINEAR)
     return np.asarray(wide > 0.5)
+
+
+def about_them(others: BoolArray, things: BoolArray, hole: BoolArray) -> BoolArray:
+    """(H, W) what of a hole is bystanders' shade, and they themselves: what is around them, nearer
+    to them than to the marked things, and what hangs together with those only through it.
+
+    What does not reach beyond the hole may be a piece of a thing's own shade, and has none; what
+    hardly reaches into it has its shade elsewhere.
+    """
+    out = others.copy()
+    to_things = _away(things)
+    number, labels, stats, _ = cv2.connectedComponentsWithStats(others.astype(np.uint8))
+    for one in range(1, number):
+        own, area = labels == one, stats[one, cv2.CC_STAT_AREA]
+        beyond = np.count_nonzero(own & ~hole) / area
+        if not BYSTANDER.min_beyond_shares[2] < beyond < BYSTANDER.max_shading_share:
+            continue
+        away, reach = _away(own), BYSTANDER.shade_ratio * float(np.sqrt(area))
+        near = (away < to_things) & (away < reach) & ~things
+        _, parts, sizes, _ = cv2.connectedComponentsWithStats((hole & ~near).astype(np.uint8))
+        beside, mine = (np.unique(parts[grow(what, 1) & hole & ~near]) for what in (near, things))
+        # More than it is large is rather the thing's own, with the bystander in its middle.
+        small = np.flatnonzero(sizes[:, cv2.CC_STAT_AREA] < area)
+        cut_off = np.setdiff1d(np.intersect1d(beside, small), [0, *mine])
+        out |= near | np.isin(parts, cut_off)
+    return out
+
+
+def _away(region: BoolArray) -> FloatImage:
+    """(H, W) pixels to the nearest of a region."""
+    return np.asarray(cv2.distanceTransform((~region).astype(np.uint8), cv2.DIST_L2, 5))
 
 
 def _feet(own: BoolArray) -> list[BoolArray]:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from physagent_studio.arrays import FloatArray
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import Support
-from physagent_studio.reconstruction.background.bystanders import bystanders
+from physagent_studio.reconstruction.background.bystanders import about_them, bystanders
 from physagent_studio.reconstruction.background.cast_shadows import shaded
 from physagent_studio.reconstruction.background.detached_shadows import detached
 from physagent_studio.reconstruction.background.dimmed_ground import Shade, dimmed
@@ -168,7 +168,10 @@ def taken_out(
         things = hole_of(loose, photo.shape[:2])
         own = np.any([*loose, np.zeros_like(hole)], axis=0)
         others = bystanders(photo, own, hole | shade) & ~things
-        hole, shade = hole & ~others, shade & ~others
+        theirs = others
+        if at_work("shade of bystanders"):
+            theirs = about_them(others, grow(things, _rim(hole.shape)), hole | shade)
+        hole, shade = hole & ~theirs, shade & ~theirs
     return hole | shade, shade
 
 

@@ -97,7 +97,9 @@ def test_what_falls_over_and_knocks_a_near_thing_away_falls_onto_it(prompt: str)
 def test_what_is_wide_is_tilted_slowly_over_its_edge() -> None:
     """Thrown over by a push it would turn on, or fly: it comes to lie on its side beside itself."""
     court = STAGES["court"]
-    program = RuleGenerator().first(court.case("The crate tips over to the left."), court.reconstruct)
+    program = RuleGenerator().first(
+        court.case("The crate tips over to the left."), court.reconstruct
+    )
     (tip,) = program.event.actions
     assert isinstance(tip, SetAngularVelocity)
     rollout = simulate(program, {})

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from physagent_studio.arrays import BoolArray
-from physagent_studio.reconstruction.background.bystanders import bystanders
+from physagent_studio.reconstruction.background.bystanders import about_them, bystanders
 from physagent_studio.reconstruction.background.plate import taken_out
 from physagent_studio.reconstruction.switches import without
 from physagent_studio.records.case import Image
@@ -57,3 +57,33 @@ def test_it_can_be_left_out() -> None:
         wider, _ = taken_out(photo, [ball])
     assert "bystanders" in asked
     assert not (hole & ~wider).any()
+
+
+def test_shade_around_a_bystander_is_its_own() -> None:
+    """A man beside a dog: the ring around his boots, and what hangs on to it, is not the dog's."""
+    things, others, hole = (np.zeros((120, 200), bool) for _ in range(3))
+    things[50:90, 20:70] = True
+    others[10:100, 110:140] = True
+    hole[84:96, 15:106] = True  # the dog's own shade, up to the man
+    hole[30:110, 104:146] = True  # the man's legs, and a ring around them
+    hole[100:110, 140:190] = True  # his shade, on the far side
+    hole |= things
+    theirs = about_them(others, things, hole)
+    assert theirs[others].all()
+    assert theirs[50, 104:146].all()
+    assert theirs[105, 150:190].all()
+    assert not theirs[84:96, 15:85].any()
+    assert not theirs[things].any()
+
+
+def test_a_piece_of_a_shade_has_no_shade_of_its_own() -> None:
+    things, others, hole = (np.zeros((120, 200), bool) for _ in range(3))
+    things[20:60, 20:70] = True
+    hole[50:70, 20:160] = True
+    others[52:68, 100:130] = True
+    assert np.array_equal(about_them(others, things, hole), others)
+
+
+def test_without_bystanders_there_is_no_shade_of_theirs() -> None:
+    none = np.zeros((10, 10), bool)
+    assert not about_them(none, ~none, ~none).any()

@@ -111,7 +111,7 @@ def about_them(others: BoolArray, things: BoolArray, hole: BoolArray) -> BoolArr
 
 def _away(region: BoolArray) -> FloatImage:
     """(H, W) pixels to the nearest of a region."""
-    return np.asarray(cv2.distanceTransform((~region).astype(np.uint8), cv2.DIST_L2, 5))
+    return np.asarray(cv2.distanceTransform((~region).astype(np.uint8), cv2.DIST_L2, 5), np.float32)
 
 
 def _feet(own: BoolArray) -> list[BoolArray]:

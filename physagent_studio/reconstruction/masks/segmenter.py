@@ -194,17 +194,19 @@ def _is_tight(own: Grounding) -> bool:
     box holds out may have reached its sides."""
     if own.box is None:
         return False
-    x0, y0, x1, y1 = own.box
-    (left, right), (top, low) = sorted((x0, x1)), sorted((y0, y1))
-    return not any(
-        left < click.x < right and top < click.y < low for click in own.points if not click.label
-    )
+    return not any(_within(own.box, click) for click in own.points if not click.label)
+
+
+def _within(box: tuple[float, float, float, float], click: Click) -> bool:
+    (left, right), (top, low) = sorted((box[0], box[2])), sorted((box[1], box[3]))
+    return left < click.x < right and top < click.y < low
 
 
 def apart(groundings: Sequence[tuple[str, Grounding]]) -> list[tuple[str, Grounding]]:
     """Groundings that each say all that matters for their mask.
 
-    Clicks inside the other things lie outside of this one, unless its mask is settled. What only
+    Clicks inside the other things lie outside of this one, unless its mask is settled; what lies
+    outside of a box that was drawn around it needs no click to say so. What only
     matters after the candidates are there (the choice, strokes beside clicks) is left out.
     """
     out: list[tuple[str, Grounding]] = []
@@ -218,7 +220,7 @@ def apart(groundings: Sequence[tuple[str, Grounding]]) -> list[tuple[str, Ground
                 for other, grounding in groundings
                 if other != name
                 for click in grounding.points
-                if click.label
+                if click.label and (own.box is None or _within(own.box, click))
             ]
         # The order of clicks outside says nothing.
         inside = [click for click in points if click.label]

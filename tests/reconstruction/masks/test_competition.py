@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from physagent_studio.program.scene.state import Click, Grounding
 from physagent_studio.reconstruction.masks.competition import compete
+from physagent_studio.reconstruction.masks.segmenter import apart
 from physagent_studio.reconstruction.photo.regions import BoolArray
 
 CUP = (30.0, 10.0, 70.0, 60.0)
@@ -48,3 +50,11 @@ def test_what_a_person_gave_to_one_no_other_takes() -> None:
     found = compete({"saucer": saucer, "cup": cup}, drawn, {"saucer": SAUCER, "cup": CUP})
     assert not (found["cup"] & drawn["saucer"]).any()
     assert found["saucer"][drawn["saucer"]].all()
+
+
+def test_a_click_on_another_thing_beside_a_box_says_nothing_of_what_is_in_it() -> None:
+    boxed = Grounding(box=(10.0, 10.0, 50.0, 50.0))
+    beside, within = (Grounding(points=(Click(x=x, y=30.0),)) for x in (60.0, 40.0))
+    told = dict(apart([("lamp", boxed), ("desk", beside), ("cup", within)]))
+    assert [(click.x, click.label) for click in told["lamp"].points] == [(40.0, 0)]
+    assert [click.label for click in told["desk"].points] == [1, 0]

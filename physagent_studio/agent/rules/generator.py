@@ -15,6 +15,7 @@ from physagent_studio.agent.rules.scene.footing import (
     with_room,
     with_walls_weighed,
 )
+from physagent_studio.agent.rules.scene.going_over import as_going_over
 from physagent_studio.agent.rules.scene.hanging import (
     as_far_as_told,
     bounces_unseen,
@@ -82,7 +83,7 @@ class RuleGenerator:
         state = with_walls_weighed(state)
         clip = clip_of(case.seconds)
         reading = off_the_picture(reading, Layout(state), clip.seconds)
-        reading = by_limbs(reading, Layout(state))
+        reading = by_limbs(as_going_over(reading, Layout(state)), Layout(state))
         state = with_hold(_with_landmarks(state, reading))
         state = _with_materials(_on_wheels(state, reading, clip, masks), reading, clip)
         state = kept_upright(state, reading)

@@ -111,3 +111,38 @@ def test_what_is_wide_is_tilted_slowly_over_its_edge() -> None:
     assert checks["crate_topples"].ok
     assert checks["crate_topples"].measured == pytest.approx(90, abs=15)
     assert places[-1, 0] < places[0, 0]
+
+
+@pytest.mark.parametrize(
+    "prompt",
+    [
+        "A gust of wind knocks over the blue cup; it falls to the right and comes to rest on the "
+        "table.",
+        "The blue cup falls to the right and lies on the table.",
+        "The blue cup tips over and falls to the right.",
+    ],
+)
+def test_the_fall_of_what_goes_over_is_the_same_and_off_nothing(prompt: str) -> None:
+    desk = STAGES["desk"]
+    program = RuleGenerator().first(desk.case(prompt), desk.reconstruct)
+    assert {s.kind for s in program.contract.statements} <= {
+        "topples", "moves", "stops", "rests_on",
+    }  # fmt: skip
+    assert [action.id for action in program.event.actions] == ["tip_blue_cup"]
+    demanded = [c for c in measure(program, simulate(program, {})) if c.demanded]
+    assert all(check.ok for check in demanded if not check.always_on), demanded
+
+
+@pytest.mark.parametrize(
+    "prompt",
+    [
+        "The blue cup tips over and falls off the table.",
+        "The blue cup tips over and falls to the floor.",
+        "The blue cup tips over, falls to the right and comes to rest on the floor.",
+        "The blue cup falls to the right.",
+    ],
+)
+def test_what_falls_to_another_place_leaves_what_it_stood_on(prompt: str) -> None:
+    desk = STAGES["desk"]
+    program = RuleGenerator().first(desk.case(prompt), desk.reconstruct)
+    assert "falls" in {s.kind for s in program.contract.statements}

@@ -1,5 +1,7 @@
 """Measures of how an object moves and turns."""
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -16,13 +18,17 @@ from physagent_studio.contract.track import (
     unmeasurable,
     worst,
 )
+from physagent_studio.contract.words import SIDES
 from physagent_studio.program import statements
-from physagent_studio.program.base import DIRECTIONS
+from physagent_studio.program.base import DIRECTIONS, Direction
+from physagent_studio.program.rotations import matrices_of
 
 BACK = 0.5
 """Own sizes that a thing goes one way and then back, from which on it is seen to turn back."""
 WAY_M = 0.2
 """Of a large thing, m: no farther than this it has to have gone before it turns back."""
+SIDE_DOWN = 60.0
+"""Degrees from straight down, up to which a thing lies on a side of its own."""
 KICK = 15.0
 """A turn of more than this many degrees within one step is an impact and not a bend."""
 
@@ -91,11 +97,27 @@ def topples(statement: statements.Topples, facts: Facts, window: Window) -> Outc
         # It topples when it passes the threshold for the last time.
         below = np.nonzero(tilt < need)[0]
         step = window.first + (int(below[-1]) + 1 if len(below) else 0)
-        return Outcome(excess(final, need), final, need, "°", "≥", step, lasting=True)
+        found = [Outcome(excess(final, need), final, need, "°", "≥", step, lasting=True)]
+        if (most := statement.most) is not None:
+            over = shortfall(final, most)
+            found.append(Outcome(over, final, most, "°", "≤", step, lasting=True))
+        if statement.onto is not None:
+            found.append(_side_down(track, statement.onto, step))
+        return worst(found)
     margin = excess(most, need) if most < need else -0.1 * (need - final) / max(need, 1e-3)
     note = "" if most < need else f"it tilted {most:.0f}° and came back"
     step = window.first + int(tilt.argmax())
     return Outcome(min(margin, -1e-6), final, need, "°", "≥", step, note, lasting=True)
+
+
+def _side_down(track: Track, side: Direction, step: int) -> Outcome:
+    """How far from straight down the side points at the end that faced that way at first."""
+    turned = track.placed.matrices[-1] @ matrices_of(track.rest_rotation[None])[0].T
+    off = math.degrees(math.acos(float(np.clip(-(turned @ DIRECTIONS[side])[2], -1, 1))))
+    claim = f"{track.name} lies on the side that faced {SIDES[side]}, off by"
+    return Outcome(
+        shortfall(off, SIDE_DOWN), off, SIDE_DOWN, "°", "≤", step, claim=claim, lasting=True
+    )
 
 
 def upright(statement: statements.Upright, facts: Facts, window: Window) -> Outcome:

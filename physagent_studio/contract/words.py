@@ -209,6 +209,15 @@ def _tilts(s: Any, bound: str) -> str:
     return f"tilts {bound} {number(s.tilt, '°')}"
 
 
+def _topples(s: Any) -> tuple[str, str]:
+    return _verb("topples", "topple", f"onto the side that faced {SIDES[s.onto]}" if s.onto else "")
+
+
+def _tilted(s: Any) -> str:
+    most = f", at most {number(s.most, '°')}" if s.most is not None else ""
+    return _tilts(s, "less than" if s.negated else "at least") + most
+
+
 def _stays(s: Any) -> str:
     bound, joint = ("more than", " or ") if s.negated else ("at most", ", ")
     return f"moves {bound} {number(s.distance, 'm')}{joint}{_tilts(s, bound)}"
@@ -218,7 +227,7 @@ _CLAIMS: dict[str, Callable[[Any], tuple[str, str]]] = {
     "moves": _moves,
     "falls": lambda s: _verb("falls", "fall"),
     "contacts": lambda s: _verb("touches", "touch", s.other),
-    "topples": lambda s: _verb("topples", "topple"),
+    "topples": _topples,
     "stays": lambda s: _verb("stays", "stay", "in place"),
     "rests_on": lambda s: _verb("rests", "rest", f"on {s.other} at the end"),
     "reaches": lambda s: _verb("reaches", "reach", s.other),
@@ -247,7 +256,7 @@ _CLAIMS: dict[str, Callable[[Any], tuple[str, str]]] = {
 _BOUNDS: dict[str, Callable[[Any], str]] = {
     "moves": lambda s: f"by at least {number(s.distance, 'm')}",
     "falls": lambda s: f"by at least {number(s.drop, 'm')}",
-    "topples": lambda s: _tilts(s, "less than" if s.negated else "at least"),
+    "topples": _tilted,
     "stays": _stays,
     "stops": lambda s: f"within {number(s.distance, 'm')}" if s.near else "",
     "airborne": lambda s: f"for at least {number(s.seconds, 's')}",

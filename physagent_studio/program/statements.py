@@ -55,10 +55,13 @@ class Contacts(Told):
 
 
 class Topples(Told):
-    """Its up axis tilts by at least `tilt` degrees and is so at the end."""
+    """Its up axis tilts by at least `tilt` degrees and is so at the end; by no more than `most`
+    there, and with the side down that faced `onto` at first, where these are given."""
 
     kind: Literal["topples"] = "topples"
     tilt: Angle = 45.0
+    most: Angle | None = None
+    onto: Direction | None = None
 
 
 class Stays(Told):

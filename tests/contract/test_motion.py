@@ -49,6 +49,23 @@ def test_topples_is_judged_at_the_end(stage, time):
     assert "came back" in back.text
 
 
+@pytest.mark.parametrize(("angle", "lies"), [(90, True), (120, True), (149, False), (180, False)])
+def test_what_lies_on_a_side_is_not_upside_down(stage, time, angle, lies):
+    for thing in ("can", "cube"):
+        stage.turn(thing, (0, 1, 0), angle * time)
+        assert stage.check("topples", subject=thing, tilt=60).ok
+        assert stage.check("topples", subject=thing, tilt=60, most=125).ok is lies
+
+
+def test_what_lies_on_its_back_has_that_side_down(stage, time):
+    stage.turn("cube", (0, 1, 0), 90 * time)  # to the right
+    onto = stage.check("topples", subject="cube", onto="right")
+    assert onto.ok
+    for side in ("left", "away", "up"):
+        assert not stage.check("topples", subject="cube", onto=side).ok
+    assert "faced to the left" in stage.check("topples", subject="cube", onto="left").text
+
+
 def test_a_rolling_ball_neither_topples_nor_stands(stage, time):
     stage.path("ball", x=time).turn("ball", (0, 1, 0), 573 * time)
     assert not stage.check("topples", subject="ball").ok

@@ -34,11 +34,14 @@ def test_a_bound_is_said_the_way_it_is_demanded(stage):
         {"id": "a", "kind": "topples", "subject": "can", "tilt": 135, "negated": True},
         {"id": "b", "kind": "stays", "subject": "can", "negated": True},
         {"id": "c", "kind": "upright", "subject": "can", "negated": True},
+        {"id": "d", "kind": "topples", "subject": "can", "most": 125, "onto": "away"},
     )
     assert [describe(one, program) for one in program.contract.statements] == [
         "can does not topple (tilts less than 135°)",
         "can does not stay in place (moves more than 0.03 m or tilts more than 15°)",
         "can does not stand upright at the end (tilts more than 20°)",
+        "can topples onto the side that faced away from the camera (tilts at least 45°, at most "
+        "125°)",
     ]
 
 

@@ -61,19 +61,19 @@ def unread(program: PhysicalProgram) -> list[str]:
         (
             "picnic",
             "The basket gets knocked onto its side.",
-            ["basket topples", "basket does not topple"],
+            ["basket topples"],
         ),
         (
             "picnic",
             "A gust blows the basket onto its side.",
-            ["basket topples", "basket does not topple"],
+            ["basket topples"],
         ),
         (
             "picnic",
             "Someone pushes the basket onto its back.",
             ["basket topples", "basket moves away from the camera"],
         ),
-        ("kitchen", "The mug falls onto its side.", ["mug topples", "mug does not topple"]),
+        ("kitchen", "The mug falls onto its side.", ["mug topples"]),
         (
             "kitchen",
             "The mug falls off the table onto its side.",
@@ -197,7 +197,7 @@ def unread(program: PhysicalProgram) -> list[str]:
         (
             "picnic",
             "The basket rolls onto its side.",
-            ["basket topples", "basket does not topple"],
+            ["basket topples"],
         ),
     ],
 )

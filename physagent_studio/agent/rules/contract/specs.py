@@ -44,7 +44,9 @@ class Spec:
 
     def opposite(self) -> Spec:
         """The statement that demands that this one does not hold."""
-        fields = dict(self.fields)
+        # What does not fall over onto its back does not do so onto another side either.
+        onto = ("most", "onto") if self.kind == "topples" else ()
+        fields = {k: v for k, v in self.fields.items() if k not in onto}
         if fields.pop("negated", False):
             return replace(self, fields=fields)
         return replace(self, fields={**fields, "negated": True})
@@ -157,6 +159,15 @@ def over_way(frame: EventFrame, subject: str, layout: Layout) -> Direction | Non
     front = likely_front(layout, subject)
     facing: Direction = "toward_camera" if front is None else named_way(front)
     return OPPOSITE[facing] if frame.direction == "backward" else facing
+
+
+def lies_on(posture: str, subject: str, layout: Layout) -> Direction | None:
+    """The side that a thing has down when it lies so, by where that faces at first: what it leans
+    its back on, or its front; None where that is not known, or any side does."""
+    if posture == "supine" and (ahead := before_its_back(layout, subject)) is not None:
+        return OPPOSITE[named_way(ahead)]
+    front = likely_front(layout, subject) if posture == "prone" else None
+    return None if front is None else named_way(front)
 
 
 def _is_level(subject: str, layout: Layout) -> bool:

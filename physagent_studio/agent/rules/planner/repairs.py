@@ -197,10 +197,14 @@ def _sooner(name: str, force: Directed, layout: Layout, factor: float) -> tuple[
 
 
 def _gentler(mismatch: Mismatch, situation: Situation) -> Iterator[tuple[Edit, ...]]:
-    """A row that shall go over one after another and goes as one: the blow that begins it."""
-    if mismatch.code != "wrong_order" or not goes_in_turn(situation):
+    """A row that shall go over one after another and goes as one: the blow that begins it. What
+    turns too far: all that pushes it."""
+    too_far = mismatch.code == "too_much_turn"
+    if not too_far and (mismatch.code != "wrong_order" or not goes_in_turn(situation)):
         return
     for action in situation.program.event.actions:
+        if too_far and action.name != mismatch.subject:
+            continue
         force = getattr(action, "force", None)
         if isinstance(force, Directed) and force.quantity == "target_speed" and not action.muted:
             path = f"event.actions.{action.id}.force.magnitude"

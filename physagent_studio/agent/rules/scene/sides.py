@@ -6,8 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from physagent_studio.agent.rules.scene.measures import Layout
+from physagent_studio.agent.rules.scene.measures import WAYS, Layout
 from physagent_studio.arrays import FloatArray
+from physagent_studio.knowledge import kind_of
 from physagent_studio.program.scene.shapes import Outline
 
 
@@ -31,6 +32,14 @@ def lying_from(layout: Layout, name: str, usual: float) -> float:
         return usual
     nearest = _nearest_side(body.outline, body.matrices[0])
     return usual if nearest is None else min(usual, round(SIDES.lying_share * nearest, 1))
+
+
+def stands_tall(layout: Layout, name: str) -> bool:
+    """Whether a thing is higher than it is long, or has a back to lean on: what is not, as a dog or
+    a car, is upside down when it lies on its back."""
+    kind, ways = kind_of(name), (WAYS["right"], WAYS["away"])
+    long = max((layout.extent(name, way) + layout.extent(name, -way) for way in ways), default=0.0)
+    return (kind is not None and "back" in kind.parts) or layout.height(name) > long
 
 
 def _nearest_side(outline: Outline, matrix: FloatArray) -> float | None:

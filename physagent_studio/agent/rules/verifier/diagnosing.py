@@ -18,7 +18,7 @@ from physagent_studio.program.contract import (
     Together,
 )
 from physagent_studio.program.program import PhysicalProgram
-from physagent_studio.program.statements import Covers
+from physagent_studio.program.statements import Covers, Topples
 from physagent_studio.records import Check, Finding, Mismatch, Rollout
 
 CODES: dict[str, tuple[str, str]] = {
@@ -140,6 +140,9 @@ def _mismatch(
         return _told(check, "wrong_start", check.text, subject, other)
     if isinstance(statement, Covers) and not negated and (check.measured or 0.0) > statement.high:
         code = "overshoots"
+    if isinstance(statement, Topples) and not negated and (check.measured or 0.0) > statement.tilt:
+        # It did fall over, and too far or onto another side.
+        code = "too_much_turn"
     text, figures = check.text, dict[str, float]()
     if kind == "contacts" and negated and check.step is not None:
         text = f"{subject} touches {other} at frame {rollout.frame_of(check.step)}"

@@ -46,6 +46,26 @@ def test_a_thing_lies_on_its_own_side(shape: Shape, tilt: float) -> None:
 
 
 @pytest.mark.parametrize(
+    ("prompt", "most"),
+    [
+        ("The crate tips over onto its side.", 125.0),
+        ("The crate falls on its back.", 125.0),
+        ("The crate tips over.", None),
+        ("The dog falls on its side.", 125.0),
+        ("The dog falls on its back.", None),
+    ],
+)
+def test_only_what_stands_tall_lies_on_its_back_without_being_upside_down(prompt, most) -> None:
+    things = {
+        "crate": (Box(size=(0.4, 0.4, 0.8)), (0.5, 3.0, 0.4), "floor"),
+        "dog": (Box(size=(0.8, 0.2, 0.5)), (-0.5, 3.0, 0.25), "floor"),
+    }
+    stage = Stage("yard", things)
+    program = RuleGenerator().first(stage.case(prompt), stage.reconstruct)
+    assert [s.most for s in program.contract.statements if s.kind == "topples"] == [most]
+
+
+@pytest.mark.parametrize(
     "prompt",
     [
         "The spinning top spins, then it falls over and lies on its side.",

@@ -9,7 +9,6 @@ from physagent_studio.agent.rules.contract.senses.common import (
     gone_over,
     hit_as_one,
     lies_in_the_end,
-    lies_on_its_side,
     siblings,
     sideways_fall,
     struck_before,
@@ -133,5 +132,5 @@ def knock_over(c: Context) -> list[Spec]:
     if c.frame.agent and len(c.frame.patient) > 1:
         return [*struck_or_passed_on(c, over), *siblings(c), *sideways_fall(c)]
     struck = touch(c) or struck_before(c)
-    found = [*touch(c), over, *lies_on_its_side(c), *siblings(c), *sideways_fall(c)]
+    found = [*touch(c), over, *siblings(c), *sideways_fall(c)]
     return [*found, before(struck[0], over)] if struck else found

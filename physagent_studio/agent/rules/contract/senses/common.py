@@ -12,13 +12,14 @@ from physagent_studio.agent.rules.contract.specs import (
     any_of,
     before,
     forward,
+    lies_on,
     over_way,
     spec,
     ways_of,
 )
 from physagent_studio.agent.rules.scene.framing import good_way
 from physagent_studio.agent.rules.scene.measures import WAYS, place_name
-from physagent_studio.agent.rules.scene.sides import lying_from
+from physagent_studio.agent.rules.scene.sides import lying_from, stands_tall
 from physagent_studio.language import EventFrame
 from physagent_studio.program.actions import Direction
 
@@ -31,6 +32,7 @@ class PostureSettings:
     over_deg: float = 160.0  # 120..180: from which it is upside down, and as flat
     # 45..80: from which it lies on its side; leaning against things included
     side_deg: float = 60.0
+    side_most_deg: float = 125.0  # 100..135: up to which it does, and is not upside down
     out_share: float = 0.8  # 0.5..1: of its own extent, gone by what is pulled out
 
 
@@ -189,20 +191,26 @@ def touch(c: Context) -> list[Spec]:
 
 def gone_over(c: Context) -> Spec:
     """It falls over, as far as it has to for the posture in which it ends."""
-    lying = c.frame.posture in ("side", "supine", "prone")
-    usual = POSTURE.side_deg if lying else 45.0
-    return spec("topples", c.subject, tilt=lying_from(c.layout, c.subject, usual))
+    if c.frame.posture in LYING:
+        return _lies(c)
+    return spec("topples", c.subject, tilt=lying_from(c.layout, c.subject, 45.0))
 
 
-def lies_on_its_side(c: Context) -> list[Spec]:
-    """ "Onto its side", and not upside down."""
-    on_side = c.frame.posture == "side"
-    return [spec("topples", c.subject, tilt=135.0, negated=True)] if on_side else []
+LYING = ("side", "supine", "prone")
+
+
+def _lies(c: Context) -> Spec:
+    """It lies on a side of its own or its back, and is not upside down."""
+    tilt = lying_from(c.layout, c.subject, POSTURE.side_deg)
+    if c.frame.posture != "side" and not stands_tall(c.layout, c.subject):
+        return spec("topples", c.subject, tilt=tilt)
+    onto = lies_on(c.frame.posture, c.subject, c.layout)
+    return spec("topples", c.subject, tilt=tilt, most=POSTURE.side_most_deg, onto=onto)
 
 
 def lies_in_the_end(c: Context) -> list[Spec]:
     """ "Is pushed off the table onto its side": how it ends that goes on."""
-    return posture(c) if c.frame.posture in ("side", "supine", "prone") else []
+    return posture(c) if c.frame.posture in LYING else []
 
 
 def sideways_fall(c: Context) -> list[Spec]:
@@ -281,10 +289,8 @@ def posture(c: Context) -> list[Spec]:
         return [any_of(flat, spec("topples", c.subject, tilt=POSTURE.over_deg))]
     if c.frame.posture == "upright":
         return [flat]
-    if c.frame.posture in ("side", "supine", "prone"):
-        tilt = lying_from(c.layout, c.subject, POSTURE.side_deg)
-        aside = [] if c.frame.posture == "side" else sideways_fall(c)
-        return [spec("topples", c.subject, tilt=tilt), *aside]
+    if c.frame.posture in LYING:
+        return [_lies(c), *([] if c.frame.posture == "side" else sideways_fall(c))]
     return [spec("topples", c.subject, tilt=135.0)] if c.frame.posture == "inverted" else []
 
 

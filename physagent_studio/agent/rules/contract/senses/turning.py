@@ -5,7 +5,6 @@ from __future__ import annotations
 from physagent_studio.agent.rules.contract.senses.common import (
     arrival,
     gone_over,
-    lies_on_its_side,
     posture,
     siblings,
     sideways_fall,
@@ -22,7 +21,7 @@ def topple(c: Context) -> list[Spec]:
     if c.layout.rolls(c.subject):
         return [spec("moves", c.subject, distance=c.length(0.5, 0.02, 0.2))]
     over = gone_over(c)
-    found = [over, *lies_on_its_side(c), *sideways_fall(c)]
+    found = [over, *sideways_fall(c)]
     if c.frame.agent and len(c.frame.patient) > 1:
         # "The first domino topples the others": one of them, which topples the next.
         found += [one for one in struck_or_passed_on(c, over) if one is not over]

@@ -7,7 +7,7 @@ from itertools import takewhile, zip_longest
 from physagent_studio.language.frames import EventFrame, ReadClause, Reading
 from physagent_studio.language.reference.names import Resolved, resolve_objects
 from physagent_studio.language.reference.stock import Inventory
-from physagent_studio.language.semantics.details import Details, knocked_over
+from physagent_studio.language.semantics.details import Details, in_company, knocked_over
 from physagent_studio.language.semantics.implied import with_blows
 from physagent_studio.language.semantics.in_context import AT_REST, in_their_light
 from physagent_studio.language.semantics.meanings import Meanings, reverses_to
@@ -221,6 +221,7 @@ class _Reader(Meanings):
         frame = self._laid_flat(self.told_apart(frame, clause), subject)
         frame = self.completed(frame, clause, kind, subject, objects, details)
         frame = None if frame is None else self.met_beside(frame, clause, subject)
+        frame = None if frame is None else in_company(frame, details)
         goes_on = subject is not None and subject is self.relative and not clause.subjects
         self.relative = self.relative if goes_on else subject if clause.relative else None
         if clause.relative or goes_on:

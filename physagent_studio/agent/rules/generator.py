@@ -30,6 +30,7 @@ from physagent_studio.agent.rules.scene.named_tables import surface_left
 from physagent_studio.agent.rules.scene.rows import as_waves
 from physagent_studio.agent.rules.scene.withdrawing import without_withdrawn
 from physagent_studio.agent.rules.schedule import actions as act
+from physagent_studio.agent.rules.schedule.company import with_what_bears_it
 from physagent_studio.agent.rules.schedule.event_program import raised_places, schedule, tasks_of
 from physagent_studio.agent.rules.schedule.heading import with_wheels
 from physagent_studio.agent.rules.schedule.landmarks import assume_open, derived_landmarks
@@ -83,7 +84,8 @@ class RuleGenerator:
         state = with_walls_weighed(state)
         clip = clip_of(case.seconds)
         reading = off_the_picture(reading, Layout(state), clip.seconds)
-        reading = by_limbs(as_going_over(reading, Layout(state)), Layout(state))
+        reading = with_what_bears_it(as_going_over(reading, Layout(state)), Layout(state))
+        reading = by_limbs(reading, Layout(state))
         state = with_hold(_with_landmarks(state, reading))
         state = _with_materials(_on_wheels(state, reading, clip, masks), reading, clip)
         state = kept_upright(state, reading)

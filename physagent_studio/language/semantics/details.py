@@ -1,10 +1,10 @@
 """What is gathered of a clause beside its verb, and the quantities, forces and paths in it."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
-from physagent_studio.language.frames import Place, Relation, Way
+from physagent_studio.language.frames import EventFrame, Place, Relation, Way
 from physagent_studio.language.reference.names import is_group, resolve_objects
 from physagent_studio.language.reference.stock import Discourse, Inventory
 from physagent_studio.language.semantics.places import resolve_place
@@ -26,7 +26,7 @@ PATH_ADJECTIVES: dict[str, Literal["curve", "straight", "circle"]] = {
 @dataclass
 class Details:
     """The modifiers of one clause. struck: objects that a "into …" or "with …" names,
-    struck_as_one: together, as "the blocks" or "the tower"."""
+    struck_as_one: together, as "the blocks" or "the tower". company: objects "along with" which."""
 
     direction: Way | None = None
     origin: Way | None = None
@@ -48,6 +48,7 @@ class Details:
     by: tuple[str, ...] = ()
     struck: tuple[str, ...] = ()
     struck_as_one: bool = False
+    company: tuple[str, ...] = ()
     unknown: dict[str, None] = field(default_factory=dict)
     unmarked: dict[str, None] = field(default_factory=dict)
 
@@ -77,6 +78,15 @@ def knocked_over(sense: str, details: Details, over: bool) -> str:
         return sense
     acts = sense in ("push", "pull", "kick", "knock", "hit", "blow")
     return "knock_over" if acts else "topple" if sense == "roll" else sense
+
+
+def in_company(frame: EventFrame, details: Details) -> EventFrame:
+    """ "The book slides off together with the teacup": both do."""
+    others = tuple(name for name in details.company if name not in (*frame.patient, *frame.agent))
+    if not others or not frame.patient:
+        return frame
+    manner = frame.manner | {"along"}
+    return replace(frame, patient=(*frame.patient, *others), manner=manner)
 
 
 def take_measure(phrase: NounPhrase, details: Details) -> None:

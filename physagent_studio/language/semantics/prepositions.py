@@ -83,6 +83,9 @@ def take_preposition(
         preposition, *clause.adverbs, *phrase.adjectives
     }:  # fmt: skip
         preposition, details.steps = "down", steps
+    if preposition == "alongwith" and resolved is not None:
+        details.company = (*details.company, *resolved.names)
+        return
     if resolved is not None:
         if preposition == "by" and not clause.objects and not _goes_by(clause):
             details.by = resolved.names

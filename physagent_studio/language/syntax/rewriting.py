@@ -27,7 +27,21 @@ def rewritten(tokens: Sequence[Token], nouns: frozenset[str]) -> tuple[Token, ..
     found = _brought_down(
         _more_and_more(_unlikened(_shown(_wanted(_on_the_brink(_to_where(found))))))
     )
-    return _excepted(in_plain_words(found, nouns), nouns)
+    return _excepted(in_plain_words(_in_company(found), nouns), nouns)
+
+
+def _in_company(tokens: tuple[Token, ...]) -> tuple[Token, ...]:
+    """ "The cup glides to the right, the saucer along with it": along with the saucer."""
+    words = [token.text for token in tokens]
+    for at in range(len(words) - 2):
+        with_it = words[at] in ("along", "together") and words[at + 1] == "with"
+        if not with_it or words[at + 2] not in ("it", "them", "him", "her"):
+            continue
+        first = next((i for i in range(at, -1, -1) if words[i] in _ENDS - {"and"}), -1) + 1
+        if 0 < first < at and not any(verb_base(word) for word in words[first:at]):
+            moved = (*tokens[at : at + 2], *tokens[first:at])
+            return (*tokens[: first - 1], *moved, *_in_company(tokens[at + 3 :]))
+    return tokens
 
 
 _ENDS = frozenset(".,;:!?") | v.CONJUNCTIONS | v.SUBORDINATORS

@@ -55,7 +55,7 @@ _PLAIN = {
     **{word: f"back {word}" for word in ("down", "up", "onto", "on", "into", "in")},
     "away_from": "away from",
     "because_of": "because of|due to",
-    "with": "along with|together with",
+    "alongwith": "along with|together with",
     "masscenter": "center of mass|centre of mass",
     "except": "except for|apart from|other than|with the exception of",
     "leftwards": "to the left|from right to left|" + _from_the("right"),

@@ -185,7 +185,7 @@ PREPOSITIONS = words_of(
     "on onto upon in into inside within to toward towards from off of over under underneath "
     "beneath below above across along through past against with without by at near beside "
     "behind before after around between among beyond down up outside until via for alongside "
-    "about throughout during like except infront leftof rightof atop"
+    "about throughout during like except infront leftof rightof atop alongwith"
 )
 CONJUNCTIONS = words_of("and or but then nor")
 SUBORDINATORS = words_of(
@@ -204,6 +204,7 @@ RELATIONS: dict[str, str] = {
     "above": "above", "against": "against", "near": "near", "beside": "near", "behind": "behind",
     "before": "before", "after": "after", "around": "around", "between": "between",
     "with": "with", "by": "by", "until": "until", "outside": "off", "alongside": "near",
+    "alongwith": "with",
 }  # fmt: skip
 
 GROUND_WORDS = all_words(lambda kind: kind.support == "floor")

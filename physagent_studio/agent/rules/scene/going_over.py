@@ -38,18 +38,17 @@ def _falls_where_it_stands(frames: Sequence[EventFrame], index: int, layout: Lay
     if carrier is None or layout.rolls(name) or not layout.is_raised(name):
         # On the ground it can only fall over in any case.
         return False
-    here = {carrier, layout.base(name)}
     before = [f for f in frames[:index] if name in f.patient and f.sense not in _STILL]
     after = [f for f in frames[index + 1 :] if name in f.patient and not f.negated]
     gone = any(f.sense in _RAISED or f.place(*_ELSEWHERE) for f in before)
-    if gone or frame.direction in ("off", "down") or any(_goes_off(f, here) for f in after):
+    if gone or frame.direction in ("off", "down") or any(_goes_off(f, carrier) for f in after):
         return False
     over = bool(before) and before[-1].sense in _OVER
-    lies = any(f.sense in _RESTS and (p := f.place(*_ON)) and p.name in here for f in after)
-    return not _goes_off(frame, here) and (over or lies)
+    lies = any(f.sense in _RESTS and (p := f.place(*_ON)) and p.name == carrier for f in after)
+    return not _goes_off(frame, carrier) and (over or lies)
 
 
-def _goes_off(frame: EventFrame, here: set[str | None]) -> bool:
+def _goes_off(frame: EventFrame, carrier: str) -> bool:
     """Whether a frame has it get to another place than what carries it, or off that."""
     rows = [(r, p) for r, p in frame.places if r in (*_ELSEWHERE, *_ON)]
-    return any(relation in _ELSEWHERE or place.name not in here for relation, place in rows)
+    return any(relation in _ELSEWHERE or place.name != carrier for relation, place in rows)

@@ -12,6 +12,7 @@ from physagent_studio.agent.rules.scene.framing import free_way
 from physagent_studio.agent.rules.scene.measures import WAYS, FloatArray, Layout, level, unit
 from physagent_studio.agent.rules.schedule import actions as act
 from physagent_studio.agent.rules.schedule.choosing import script_for
+from physagent_studio.agent.rules.schedule.company import leaders, pushed_alike
 from physagent_studio.agent.rules.schedule.scripts import Task
 from physagent_studio.language import Reading
 from physagent_studio.language.tokens.vocabulary import words_of
@@ -42,7 +43,8 @@ def schedule(reading: Reading, layout: Layout, clip: Clip) -> tuple[Action, ...]
         actions += act.raised(name, float((place - layout.position(name))[2]))
     layout = layout.with_places(raised)
     actions += [act.hold(name, clip.steps) for name in stays_on_slope(reading, layout)]
-    for task in tasks_of(reading, layout, clip):
+    company = leaders(reading, layout)
+    for task in (t for t in tasks_of(reading, layout, clip) if t.name not in company):
         wait = steps_to_wait(task.intent, reading, clip)
         wait += act.STEPS.first_step + act.STEPS.rise_steps if task.name in raised else 0
         first = _awaited(task.intent, layout)
@@ -52,7 +54,7 @@ def schedule(reading: Reading, layout: Layout, clip: Clip) -> tuple[Action, ...]
         for action in script_for(task)(task):
             later = act.later(action, wait) if first is None else _once(action, first)
             actions += [a for a in [_fitted(later, clip, actions)] if a is not None]
-    return tuple(actions[:500])
+    return tuple([*actions, *pushed_alike(actions, company, layout)][:500])
 
 
 def stays_on_slope(reading: Reading, layout: Layout) -> list[str]:

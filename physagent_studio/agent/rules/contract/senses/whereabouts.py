@@ -28,8 +28,12 @@ def is_ground(c: Context, place: Place) -> bool:
 def along(c: Context) -> list[Spec]:
     """What the places say: leaves this, comes onto that, passes the other."""
     found: list[Spec] = []
+    # What goes along with the thing that carries it touches nothing else of its way.
+    borne = "along" in c.frame.manner and c.layout.carrier(c.subject) in c.frame.patient
     for relation, place in c.frame.places:
         name = place_name(place)
+        if borne and relation in ("over", "along"):
+            continue
         if relation in ("off", "from"):
             found += off(c, place)
         elif relation in ("on", "in", "into", "against", "atop") and place.name != c.subject:

@@ -63,8 +63,10 @@ class Task:
     @property
     def delay(self) -> int:
         """Steps by which it starts later than the first of its row."""
-        # What one wind does to several it does to all at once.
-        together = any(f.timing == "together" or f.cause == "wind" for f in self.intent.frames)
+        # What one wind does to several it does to all at once, and what goes along goes then.
+        told = self.intent.frames
+        together = any(f.timing == "together" or f.cause == "wind" for f in told)
+        together |= self.intent.manner("along")
         return act.STEPS.first_step + (0 if together else self.rank * 25)
 
     @property

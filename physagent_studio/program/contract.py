@@ -98,7 +98,8 @@ class Contract(Frozen):
     Statements that only serve a composite are listed in its `of`; all others must hold.
     not_understood: the words of the prompt that nothing here stands for. paces: the speeds that
     its verbs allow; a check of the view, not a demand. leaving: objects that it has leave the
-    picture; backwards: those that it has go with their back first.
+    picture; partly: those of which a part does, and not all; backwards: those that it has go with
+    their back first.
     """
 
     clauses: tuple[Clause, ...] = Field(default=(), max_length=64)
@@ -106,6 +107,7 @@ class Contract(Frozen):
     not_understood: tuple[Text, ...] = Field(default=(), max_length=64)
     paces: tuple[Speeds, ...] = Field(default=(), max_length=64)
     leaving: tuple[Name, ...] = Field(default=(), max_length=64)
+    partly: tuple[Name, ...] = Field(default=(), max_length=64)
     backwards: tuple[Name, ...] = Field(default=(), max_length=64)
 
     @property

@@ -74,9 +74,10 @@ class PhysicalProgram(Frozen):
         """SHA-256 of the canonical JSON form."""
         unused: dict[str, Any] = {"scene": self.scene.without}
         # Told later than version 1: a program without them keeps the hash that it always had.
-        later = ("paces", "leaving", "backwards")
+        later = ("paces", "leaving", "partly", "backwards")
         unused["contract"] = {name for name in later if not getattr(self.contract, name)}
         data = self.model_dump(mode="json", exclude=unused)
+        data |= {room: _as_it_was(data[room]) for room in ("event", "contract")}
         text = _canonical(data)
         if "-0.0" in text:
             text = _canonical(unsigned_zeros(data))
@@ -88,6 +89,17 @@ class PhysicalProgram(Frozen):
 
 
 _canonical = json.JSONEncoder(sort_keys=True, separators=(",", ":")).encode
+
+
+def _as_it_was(data: Any) -> Any:
+    """Plain data without what statements of version 1 did not have, where it is not told."""
+    if isinstance(data, list):
+        return [_as_it_was(value) for value in data]
+    if not isinstance(data, dict):
+        return data
+    later = ("most", "onto") if data.get("kind") == "topples" else ()
+    kept = {k: v for k, v in data.items() if k not in later or v is not None}
+    return {key: _as_it_was(value) for key, value in kept.items()}
 
 
 def unsigned_zeros(data: Any) -> Any:

@@ -684,3 +684,28 @@ def test_the_pacing_says_when_something_leaves_the_picture() -> None:
     assert pacing is not None
     assert out.step is not None
     assert pacing.crossings == (("ball", rollout.frame_of(out.step)),)
+
+
+@pytest.mark.parametrize(
+    ("x", "told", "ok"),
+    [
+        (2.66, "partly", True),
+        (2.5, "partly", False),
+        (2.9, "partly", False),
+        (2.66, "leaving", False),
+        (2.72, "leaving", False),  # an arm of it is still seen
+        (2.9, "leaving", True),
+    ],
+)
+def test_what_leaves_is_gone_and_what_halts_halfway_out_is_not(
+    x: float, told: str, ok: bool
+) -> None:
+    halt = round((x - 1.9) * 100)
+    actions = [go("ball", 1.0, 0, 0), hold("ball", halt, 320)]
+    program = scene_of([at(BALL, 1.9)], actions, says("moves"))
+    contract = program.contract.model_copy(update={told: ("ball",)})
+    found = views(program.model_copy(update={"contract": contract}))
+    agrees(found["view.gone.ball"])
+    assert found["view.gone.ball"].ok is ok, found["view.gone.ball"].text
+    if ok and told == "partly":
+        assert found["view.inside.ball"].ok

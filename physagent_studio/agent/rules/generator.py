@@ -222,13 +222,16 @@ def _with_materials(state: SceneState, reading: Reading, clip: Clip) -> SceneSta
 def _contract(reading: Reading, layout: Layout, clip: Clip) -> Contract:
     """What the sentence demands, as far as the scene has what it speaks of, and its paces."""
     contract = _known_only(contract_of(reading, layout, clip.steps), layout.state)
-    gone = {name for f in reading.frames if "offscreen" in f.manner for name in f.patient}
-    leaving = tuple(item.name for item in layout.state.objects if item.name in gone)
+    out = [f for f in reading.frames if "offscreen" in f.manner]
+    half = {name for f in out if f.share is not None and f.share[1] < 1 for name in f.patient}
+    gone = {name for f in out for name in f.patient} - half
+    objects = [item.name for item in layout.state.objects]
     tasks = tasks_of(reading, layout, clip)
     needed = {t.name: speed_to_get_there(t) for t in tasks if t.target() is not None}
     told = {
         "paces": paces_of(reading, layout, needed),
-        "leaving": leaving,
+        "leaving": tuple(name for name in objects if name in gone),
+        "partly": tuple(name for name in objects if name in half),
         "backwards": tuple(task.name for task in tasks if task.backwards),
     }
     return _once_raised(contract.model_copy(update=told), reading, layout)

@@ -19,6 +19,10 @@ from physagent_studio.program.scene.state import Floor
 from physagent_studio.program.statements import Contacts
 from physagent_studio.records.judgement import Check
 
+GONE = 0.02
+"""Part of its outline that may still be in the picture of what has left it."""
+PARTLY = (0.2, 0.8)
+"""Least and greatest part of it that is within, of what has left it in part."""
 LEAVES = 0.4
 """Part of the clip for which what leaves the picture is at least seen in it."""
 BESIDE = 3
@@ -52,10 +56,23 @@ def inside(facts: Facts, name: str) -> Check:
 
 
 def gone(facts: Facts, name: str) -> Check:
-    """What the sentence has leave the picture is out of it at the end."""
+    """What the sentence has leave the picture is out of it at the end, nearly all of it."""
     left = float(sight_in(facts, name).share[-1])
     text = f"{name} has left the picture at the end: {{answer}}"
-    return view_check("gone", name, text, (0.1 - left) / 0.9, measured=left, threshold=0.1)
+    margin = (GONE - left) / (1 - GONE)
+    return view_check("gone", name, text, margin, measured=left, threshold=GONE)
+
+
+def partly_gone(facts: Facts, name: str) -> Check:
+    """What the sentence has leave the picture in part is cut by its border at the end."""
+    left = float(sight_in(facts, name).share[-1])
+    low, high = PARTLY
+    text = (
+        f"{name} has left the picture in part at the end: {number(100 * left, '%')} of it is "
+        f"within, {number(100 * low)} to {number(100 * high, '%')}: {{answer}}"
+    )
+    near = min(left - low, high - left)
+    return view_check("gone", name, text, near / (high - low), measured=left, threshold=low)
 
 
 def _distance_out(facts: Facts, sight: Sight, until: int) -> float:
@@ -73,6 +90,8 @@ def needed_until(facts: Facts, name: str, sight: Sight) -> int:
     """
     last = facts.rollout.frames - 1
     out = np.flatnonzero(sight.share < INSIDE)
+    if len(out) and name in facts.program.contract.partly:
+        return max(int(out[0]) - 1, 0)
     if len(out) and name in facts.program.contract.leaving:
         # Seen to go: on its way out it is seen for a good part of the clip.
         return min(int(out[0]) - 1, last) if out[0] >= LEAVES * last else round(LEAVES * last)

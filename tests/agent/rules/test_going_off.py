@@ -104,3 +104,20 @@ def test_what_goes_by_itself_goes_its_own_length_where_there_is_room(
 def test_what_goes_by_itself_has_a_gait(verb: str, gait: str) -> None:
     (frame,) = read(f"The car {verb} to the left.", inventory([("car", Grounding())])).frames
     assert (frame.sense, frame.gait) == ("move", gait)
+
+
+@pytest.mark.parametrize(
+    "prompt",
+    [
+        "The car rolls to the left and comes to a halt halfway out of the frame.",
+        "The car rolls slowly backwards, brakes and stops halfway out of the picture.",
+    ],
+)
+def test_what_halts_halfway_out_of_the_picture_is_cut_by_its_border(prompt: str) -> None:
+    program = first(prompt)
+    assert (program.contract.leaving, program.contract.partly) == ((), ("car",))
+    assert not program.contract.untested
+    checks = {c.id: c for c in measure(program, simulate(program))}
+    assert checks["view.gone.car"].ok, checks["view.gone.car"].text
+    assert checks["view.inside.car"].ok
+    assert checks["car_stops"].ok

@@ -26,8 +26,8 @@ class FramingSettings:
     min_sizes: float = 0.12  # own sizes, 0.05..0.3: likewise, where it is not: less is not seen
     max_way_m: float = 12.0  # 3..50: of any planned motion
     max_lengths: float = 8.0  # own sizes, 2..20: likewise: small things would be lost to the eye
-    out_sizes: float = 1.5  # own sizes, 1..3: from where it is last seen whole, to be gone
-    out_lengths: float = 1.2  # own lengths, 1..2: likewise, of what is long along its way
+    out_sizes: float = 1.8  # own sizes, 1..3: from where it is last seen whole, to be gone
+    out_lengths: float = 1.5  # own lengths, 1..2: likewise, of what is long along its way
     samples_count: int = 160  # 40..500: along the way
 
 

@@ -165,7 +165,7 @@ def _distance(task: Task, target: Place | None) -> float:
     ahead = _heading(task)
     if task.intent.manner("offscreen"):
         free, size = free_way(task.layout, task.name, ahead), task.layout.size(task.name)
-        return min(free, GROUND.max_out_sizes * size) + way_hidden(task.layout, task.name, ahead)
+        return min(free, GROUND.max_out_sizes * size) + task.way_out(ahead)
     if target is not None:
         distance = task.way_to(target)
         if task.intent.hits:

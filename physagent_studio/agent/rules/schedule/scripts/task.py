@@ -13,7 +13,7 @@ from physagent_studio.agent.rules.contract.specs import (
     spot_name,
     ways_of,
 )
-from physagent_studio.agent.rules.scene.framing import free_way
+from physagent_studio.agent.rules.scene.framing import free_way, way_hidden
 from physagent_studio.agent.rules.scene.measures import (
     WAYS,
     FloatArray,
@@ -130,6 +130,15 @@ class Task:
         pulled out."""
         own = self.layout.extent(self.name, way) + self.layout.extent(self.name, -way)
         return own if self.intent.manner("out") else 0.0
+
+    def way_out(self, way: FloatArray) -> float:
+        """How far it goes on along a level way (3,) from where it is last seen whole, to be out of
+        the picture, or the part of its length that is told, m."""
+        said = (f.share for f in self.intent.frames if "offscreen" in f.manner and f.share)
+        if (share := next(said, None)) is None or share[1] >= 1:
+            return way_hidden(self.layout, self.name, way)
+        long = self.layout.extent(self.name, way) + self.layout.extent(self.name, -way)
+        return sum(share) / 2 * long
 
     def way_onto(self, name: str) -> FloatArray:
         """Level unit direction (3,) from its centre to another thing's."""

@@ -78,3 +78,36 @@ def test_a_wind_knocks_all_over_to_one_side_at_once() -> None:
     rollout = simulate(program, {})
     sides = {np.sign(rollout.positions[-1, i, 0] - rollout.positions[0, i, 0]) for i in (0, 1)}
     assert len(starts) == len(sides) == 1
+
+
+@pytest.mark.parametrize(
+    ("prompt", "side"),
+    [
+        (
+            "A gust blows the man off his feet and he falls flat on the grass, to the right.",
+            1,
+        ),
+        ("A gust of wind pushes the man to the left until he falls over.", -1),
+        ("A gust of wind blows and the man topples to the right.", 1),
+    ],
+)
+def test_what_the_wind_shall_fell_is_tipped_at_its_top(prompt: str, side: int) -> None:
+    man = (Box(size=(0.5, 0.3, 1.7)), (-0.5, 6.0, 0.85), "floor")
+    stage = Stage("field", {"man": man})
+    program = RuleGenerator().first(stage.case(prompt), stage.reconstruct)
+    assert [action.id for action in program.event.actions] == ["tip_man"]
+    rollout = simulate(program, {})
+    checks = [c for c in measure(program, rollout) if c.demanded and not c.always_on]
+    assert all(check.ok for check in checks), checks
+    assert side * (rollout.positions[-1, 0, 0] - rollout.positions[0, 0, 0]) > 0.3
+
+
+def test_the_wind_still_carries_what_it_does_not_fell() -> None:
+    things = {
+        "cone": (Box(size=(0.2, 0.2, 0.5)), (-0.7, 4.0, 0.25), "floor"),
+        "leaf": (Box(size=(0.2, 0.2, 0.05)), (0.3, 4.0, 0.025), "floor"),
+    }
+    stage = Stage("road", things)
+    prompt = "The wind blows, the leaf drifts to the right and the cone topples."
+    program = RuleGenerator().first(stage.case(prompt), stage.reconstruct)
+    assert {action.id for action in program.event.actions} == {"wind_leaf", "tip_cone"}

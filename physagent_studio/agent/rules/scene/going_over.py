@@ -24,6 +24,7 @@ def as_going_over(reading: Reading, layout: Layout) -> Reading:
     for index, frame in enumerate(frames):
         if _falls_where_it_stands(frames, index, layout):
             frames[index] = replace(frame, sense="topple")
+    frames = [_felled(frames, index, layout) for index in range(len(frames))]
     return replace(reading, frames=tuple(frames))
 
 
@@ -46,6 +47,34 @@ def _falls_where_it_stands(frames: Sequence[EventFrame], index: int, layout: Lay
     over = bool(before) and before[-1].sense in _OVER
     lies = any(f.sense in _RESTS and (p := f.place(*_ON)) and p.name == carrier for f in after)
     return not _goes_off(frame, carrier) and (over or lies)
+
+
+def _felled(frames: Sequence[EventFrame], index: int, layout: Layout) -> EventFrame:
+    """ "A gust blows the man off his feet and he falls": it fells him, and does not carry him; what
+    else it blows on it does."""
+    frame, later = frames[index], frames[index + 1 :]
+    if frame.sense != "wind" or frame.negated:
+        return frame
+    over = [f for f in later if f.sense in (*_OVER, "fall") and not (f.negated or f.agent)]
+    over = [f for f in over if all(_can_be_felled(f, n, layout) for n in f.patient)]
+    felled = {n: None for f in over for n in f.patient}
+    blown = frame.patient or tuple(n for f in later for n in f.patient)
+    others = tuple(n for n in dict.fromkeys(blown) if n not in felled)
+    if not felled or (frame.patient and others):
+        return frame
+    if others:
+        return replace(frame, patient=others)
+    way = frame.direction or over[0].direction
+    return replace(frame, sense="topple", patient=tuple(felled), direction=way)
+
+
+def _can_be_felled(frame: EventFrame, name: str, layout: Layout) -> bool:
+    """Whether it is stiff and stands there, and goes over as a frame tells, and not down."""
+    item, carrier = layout.state.object(name), layout.carrier(name)
+    if item is None or item.body.kind != "rigid" or carrier is None or layout.rolls(name):
+        return False
+    down = frame.sense == "fall" and layout.is_raised(name)
+    return not (down or _goes_off(frame, carrier))
 
 
 def _goes_off(frame: EventFrame, carrier: str) -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -21,10 +22,12 @@ from physagent_studio.contract.view import (
     nothing_happens,
     pacing_of,
     subject_of,
+    view_code,
 )
 from physagent_studio.program import Camera, PhysicalProgram, apply
 from physagent_studio.program.timing import retimed
 from physagent_studio.records import Check
+from physagent_studio.records.rollout import Release
 from physagent_studio.simulation import simulate
 
 # 5.3 m wide at the things' distance of 4 m.
@@ -709,3 +712,24 @@ def test_what_leaves_is_gone_and_what_halts_halfway_out_is_not(
     assert found["view.gone.ball"].ok is ok, found["view.gone.ball"].text
     if ok and told == "partly":
         assert found["view.inside.ball"].ok
+
+
+@pytest.mark.parametrize(
+    ("thing", "step", "ok"),
+    [
+        (at(BALL, 1.9), 40, True),
+        (at(BALL, 1.9), 120, False),  # beyond the right border
+        (at(BALL, 0.5, z=1.0, y=1.2, support="air"), 60, None),  # its floor is below the picture
+    ],
+)
+def test_what_comes_apart_does_so_within_the_picture(
+    thing: dict[str, Any], step: int, ok: bool | None
+) -> None:
+    program = scene_of([thing], [go("ball", 1.0, 0, 0)], says("moves"))
+    broken = (Release(step, "ball", "j0", 1.0),)
+    checks = measure(program, replace(simulate(program, {}), releases=broken))
+    found = [check for check in checks if check.id == "view.breaks.ball"]
+    assert [check.ok for check in found] == ([] if ok is None else [ok])
+    for check in found:
+        agrees(check)
+        assert view_code(check) == "framing"

@@ -22,7 +22,13 @@ from physagent_studio.contract.view.basics import (
 )
 from physagent_studio.contract.view.bystanders import leaves_alone
 from physagent_studio.contract.view.footing import falls_as_told, keeps_its_footing
-from physagent_studio.contract.view.framing import gone, inside, meetings, partly_gone
+from physagent_studio.contract.view.framing import (
+    breaks_in_sight,
+    gone,
+    inside,
+    meetings,
+    partly_gone,
+)
 from physagent_studio.contract.view.pace import (
     FALL_FILLS,
     FALLING_STEP,
@@ -57,6 +63,7 @@ def view_checks(
     if not nothing_happens(program):
         found += [something(facts, names), fills(facts, names)]
     found += [*touches(facts, names), *comes_apart(facts, names)]
+    found += breaks_in_sight(facts, names)
     found += [gone(facts, name) for name in names if name in program.contract.leaving]
     found += [partly_gone(facts, name) for name in names if name in program.contract.partly]
     found += [

@@ -34,7 +34,7 @@ VIEW_CODES = {
     "inside": "framing", "pace": "pace", "fills": "pace", "meeting": "pace", "in_time": "pace",
     "ends": "not_stopped", "something": "not_visible", "calm": "stirs", "wheels": "heading",
     "amount": "pace", "place": "pace", "tossed": "pace", "gone": "falls_short",
-    "act": "falls_short", "apart": "not_broken",
+    "act": "falls_short", "breaks": "framing", "apart": "not_broken",
     "alone": "overshoots", "footing": "toppled", "lean": "misses",
 }  # fmt: skip
 """Code of a failed view check, by its rule: the second word of its id."""

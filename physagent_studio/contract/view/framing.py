@@ -110,6 +110,27 @@ def needed_until(facts: Facts, name: str, sight: Sight) -> int:
     return int(seen[0]) if len(seen) else last
 
 
+def breaks_in_sight(facts: Facts, names: tuple[str, ...]) -> list[Check]:
+    """What comes apart is within the picture as it does so, unless the floor below its way is not
+    to be seen anywhere."""
+    found, first = [], {one.name: one.step for one in reversed(facts.rollout.releases)}
+    for name in (n for n in names if n in first):
+        frame = facts.rollout.frame_of(first[name])
+        share = float(sight_in(facts, name).share[frame])
+        path = facts.rollout.positions[: first[name] + 1, facts.rollout.objects.index(name)]
+        if share < INSIDE and not any(_sees(facts, place) for place in path):
+            continue
+        text = (
+            f"{name} is in the picture as it comes apart at frame {frame}: "
+            f"{number(100 * share, '%')} of it: {{answer}}"
+        )
+        found.append(
+            view_check("breaks", name, text, (share - INSIDE) / INSIDE, measured=share,
+                       threshold=INSIDE, step=first[name])
+        )  # fmt: skip
+    return found
+
+
 def _sees(facts: Facts, place: FloatArray) -> bool:
     """Whether the floor below a place (3,) is in the picture."""
     camera = facts.program.scene.camera

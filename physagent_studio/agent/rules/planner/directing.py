@@ -89,7 +89,7 @@ def shown_of(situation: Situation, rollout: Rollout) -> Shown:
     fills = next((c.measured or 0.0 for c in checks if c.id == "view.fills"), FILLS)
     kept = 1.0
     for check in checks:
-        if ".inside." in check.id and not check.ok:
+        if check.id.startswith(("view.inside.", "view.breaks.")) and not check.ok:
             kept = min(kept, _kept(facts, subject_of(check, rollout)))
     falls = _falls_down(program, rollout)
     return Shown(haste, kept, fills, falls or is_sudden(program, rollout), falls)

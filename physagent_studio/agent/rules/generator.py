@@ -8,6 +8,7 @@ import numpy as np
 from physagent_studio.agent.rules.contract.compile import contract_of, landmarks_needed
 from physagent_studio.agent.rules.contract.living import by_limbs, kept_upright
 from physagent_studio.agent.rules.scene.bodies import bodies_for
+from physagent_studio.agent.rules.scene.facing import backwards_to_its_aim
 from physagent_studio.agent.rules.scene.footing import (
     with_depth,
     with_depth_of_like,
@@ -84,6 +85,7 @@ class RuleGenerator:
         state = with_walls_weighed(state)
         clip = clip_of(case.seconds)
         reading = off_the_picture(reading, Layout(state), clip.seconds)
+        reading = backwards_to_its_aim(reading, Layout(state))
         reading = with_what_bears_it(as_going_over(reading, Layout(state)), Layout(state))
         reading = by_limbs(reading, Layout(state))
         state = with_hold(_with_landmarks(state, reading))

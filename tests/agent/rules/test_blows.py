@@ -156,3 +156,32 @@ def test_what_goes_on_over_the_edge_may_fly_there() -> None:
         program = RuleGenerator().first(stage.case(prompt), stage.reconstruct)
         kept = [s for s in program.contract.statements if s.kind == "airborne" and s.negated]
         assert any(s.subject == "left_apple" for s in kept) is not flies
+
+
+@pytest.mark.parametrize(
+    "prompt",
+    [
+        "The phone shoots backwards across the table and knocks over the glass.",
+        "The phone slides backwards into the glass.",
+    ],
+)
+def test_backwards_of_what_has_no_front_is_to_what_it_shall_meet(prompt: str) -> None:
+    things = {
+        "phone": (Box(size=(0.08, 0.15, 0.01)), (-0.1, 2.3, 0.755), "table"),
+        "glass": (Cylinder(radius=0.03, height=0.12), (0.0, 2.7, 0.81), "table"),
+    }
+    stage = Stage("desk", things, STAGES["desk"].supports)
+    program = RuleGenerator().first(stage.case(prompt), stage.reconstruct)
+    (action,) = program.event.actions
+    assert isinstance(force := getattr(action, "force", None), Directed)
+    assert (force.toward, force.direction, force.elevation) == ("glass", None, 0.0)
+    assert program.contract.backwards == ()
+    checks = [c for c in measure(program, simulate(program, {})) if c.clause is not None]
+    assert all(check.ok for check in checks), checks
+
+
+def test_backwards_without_an_aim_is_towards_who_looks_at_it() -> None:
+    stage = STAGES["desk"]
+    program = RuleGenerator().first(stage.case("The red cube slides backwards."), stage.reconstruct)
+    ways = {getattr(s, "direction", None) for s in program.contract.statements if s.kind == "moves"}
+    assert "toward_camera" in ways

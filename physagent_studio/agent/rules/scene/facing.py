@@ -1,12 +1,13 @@
 """Which way what has a front faces, as far as a scene says: its longer side, a likely front."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from physagent_studio.agent.rules.scene.measures import FloatArray, Layout
 from physagent_studio.knowledge import Kind, kind_of
+from physagent_studio.language import EventFrame, Place, Reading
 from physagent_studio.program.rotations import matrix_of
 from physagent_studio.program.scene.forms import Inflated, Meshed
 
@@ -114,3 +115,22 @@ def _off_the_middle(layout: Layout, name: str) -> float:
     if camera is None:
         return float(spot[0])
     return float(camera.project(spot[None])[0][0, 0]) / camera.size[0] - 0.5
+
+
+def backwards_to_its_aim(reading: Reading, layout: Layout) -> Reading:
+    """ "The phone shoots backwards and knocks over the glass": what has no front goes to what it is
+    told to meet, wherever that lies; the reading with that said."""
+    frames: list[EventFrame] = []
+    for index, frame in enumerate(reading.frames):
+        name = frame.patient[0] if len(frame.patient) == 1 and not frame.agent else ""
+        back = frame.direction == "backward" and frame.sense not in ("fall", "topple", "lean")
+        if back and layout.has(name) and likely_front(layout, name) is None:
+            met = [n for f in reading.frames[index:] if name in f.agent for n in f.patient]
+            own = frame.place("toward", "into", "against", "at")
+            if own is not None or (met and layout.has(met[0])):
+                aim = () if own is not None else (("toward", Place(met[0], "object")),)
+                manner = frame.manner - {"backwards"}
+                places = (*aim, *frame.places)
+                frame = replace(frame, direction=None, manner=manner, places=places)
+        frames.append(frame)
+    return replace(reading, frames=tuple(frames))

@@ -64,7 +64,7 @@ def script_for(task: Task) -> Script:
         return scripts.leap_onto
     flying = intent.has("kick", "throw", "fly") and not intent.has("roll", "slide")
     flying |= intent.has("fly") and intent.has("land")
-    flying |= _is_higher(task)
+    flying = (flying and not _shoots_along(task)) or _is_higher(task)
     if flying and not intent.has("fly") and _leaves_support(task):
         # "Is kicked off the table" is over its edge, and not out of the picture.
         return scripts.off_edge
@@ -178,6 +178,14 @@ def _is_out_of_reach(task: Task) -> bool:
     lowest = layout.position(hits[0])[2] - layout.height(hits[0]) / 2
     middle = float(layout.position(task.name)[2])
     return bool(lowest > middle) and base not in hits
+
+
+def _shoots_along(task: Task) -> bool:
+    """ "Shoots across the desk and hits the glass": along it, where both stand on it."""
+    along, layout, hits = task.intent.place("along"), task.layout, task.intent.hits
+    if along is None or not hits or not layout.has(hits[0]) or layout.rolls(task.name):
+        return False
+    return layout.carrier(task.name) == layout.carrier(hits[0]) == along.name
 
 
 def _is_opening(name: str, layout: Layout) -> bool:

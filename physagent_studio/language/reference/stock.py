@@ -93,10 +93,11 @@ class Discourse:
     support: Place | None = None
     landmark: Place | None = None
 
-    def mention(self, names: tuple[str, ...]) -> None:
-        """Notes that these objects were spoken of."""
+    def mention(self, names: tuple[str, ...], behind: bool = False) -> None:
+        """Notes that these objects were spoken of; behind: what something only leaves is less at
+        hand than that."""
         if names:
-            self.mentions.append(names)
+            self.mentions.insert(max(len(self.mentions) - behind, 0), names)
 
     @property
     def known(self) -> frozenset[str]:

@@ -101,7 +101,7 @@ def take_preposition(
     _place(preposition, phrase, details, stock, talk)
     if resolved is not None and (phrase.head not in GROUPS or preposition in ("into", "against")):
         # Only now: the second bottle is still the second while its place is looked up.
-        talk.mention(resolved.names)
+        talk.mention(resolved.names, behind=preposition in ("off", "from"))
 
 
 def _steps(phrase: NounPhrase) -> int:

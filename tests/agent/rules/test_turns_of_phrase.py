@@ -224,3 +224,33 @@ def test_what_captions_say_of_the_event(prompt: str, plain: str) -> None:
 )
 def test_what_to_do_about_a_word_that_is_not_understood(word: str, instead: str) -> None:
     assert instead_of(word) == instead
+
+
+@pytest.mark.parametrize(
+    ("prompt", "frames"),
+    [
+        (
+            "The ball rolls off the tray, then the cup slides after it, and both end on the table.",
+            [("roll", ("ball",), "tray"), ("slide", ("cup",), "ball"),
+             ("end", ("ball", "cup"), "table")],
+        ),
+        (
+            "The ball rolls off the tray, the cup slides to the left, and both stop.",
+            [("roll", ("ball",), "tray"), ("slide", ("cup",), ""), ("stop", ("ball", "cup"), "")],
+        ),
+        (
+            "The ball hits the box and both fall off the table.",
+            [("hit", ("box",), ""), ("fall", ("ball", "box"), "table")],
+        ),
+        (
+            "The ball rolls off the tray and hits it.",
+            [("roll", ("ball",), "tray"), ("hit", ("tray",), "")],
+        ),
+    ],
+)  # fmt: skip
+def test_what_a_thing_only_leaves_is_not_what_goes_on(prompt: str, frames: list[tuple]) -> None:
+    told = [
+        (f.sense, tuple(sorted(f.patient)), f.places[0][1].name if f.places else "")
+        for f in reading(prompt).frames
+    ]
+    assert told == frames

@@ -11,6 +11,7 @@ from physagent_studio.language.tokens.vocabulary import words_of
 
 _OVER = words_of("topple tip_over knock_over lose_balance")
 _RESTS = words_of("rest lie land stop settle stay end be")
+_GOES_ON = words_of("roll slide move fly drift")
 _STILL = words_of("be stay rest hang stack sway")
 _RAISED = words_of("rise jump fly throw kick bounce fall leave slip lose_support withdrawn")
 _ELSEWHERE = ("off", "from", "toward", "into", "down", "past")
@@ -60,7 +61,9 @@ def _felled(frames: Sequence[EventFrame], index: int, layout: Layout) -> EventFr
     felled = {n: None for f in over for n in f.patient}
     blown = frame.patient or tuple(n for f in later for n in f.patient)
     others = tuple(n for n in dict.fromkeys(blown) if n not in felled)
-    if not felled or (frame.patient and others):
+    # "Blown by the wind, the cup tips over and rolls away": on and on by the wind.
+    carried = any(f.sense in _GOES_ON and felled.keys() & {*f.patient} for f in later)
+    if carried or not felled or (frame.patient and others):
         return frame
     if others:
         return replace(frame, patient=others)

@@ -230,7 +230,8 @@ def test_what_to_do_about_a_word_that_is_not_understood(word: str, instead: str)
     ("prompt", "frames"),
     [
         (
-            "The ball rolls off the tray, then the cup slides after it, and both end on the table.",
+            "The ball rolls off the tray, then the cup slides after it, and both end up on the "
+            "table.",
             [("roll", ("ball",), "tray"), ("slide", ("cup",), "ball"),
              ("end", ("ball", "cup"), "table")],
         ),

@@ -31,7 +31,7 @@ from physagent_studio.agent.rules.scene.named_tables import surface_left
 from physagent_studio.agent.rules.scene.rows import as_waves
 from physagent_studio.agent.rules.scene.withdrawing import without_withdrawn
 from physagent_studio.agent.rules.schedule import actions as act
-from physagent_studio.agent.rules.schedule.company import with_what_bears_it
+from physagent_studio.agent.rules.schedule.company import ridden, with_what_bears_it
 from physagent_studio.agent.rules.schedule.event_program import raised_places, schedule, tasks_of
 from physagent_studio.agent.rules.schedule.heading import with_wheels
 from physagent_studio.agent.rules.schedule.landmarks import assume_open, derived_landmarks
@@ -133,14 +133,14 @@ def open_scene(
     case: Case, reading: Reading, stock: Inventory, aloft: frozenset[str] = frozenset()
 ) -> SceneState:
     """What the picture shows, with its geometry still open; aloft: what is known to hang."""
-    hanging = in_the_air(case, reading) | aloft
+    hanging, riding = in_the_air(case, reading) | aloft, ridden(reading)
     objects = tuple(
         SceneObject(
             name=name,
             grounding=grounding,
             material=material_of(name, case.prompt),
             density=density_of(name),
-            support=AIR if name in hanging else None,
+            support=AIR if name in hanging else riding.get(name),
             aloft="hangs" if name in hanging else None,
         )
         for name, grounding in case.objects

@@ -15,6 +15,21 @@ from physagent_studio.program.actions import Action, ApplyForce
 _GOES = words_of("move slide roll drift accelerate push pull stop settle")
 
 
+def ridden(reading: Reading) -> dict[str, str]:
+    """ "The man on the skateboard glides to the right": who stands on which thing on wheels, as
+    the words tell before anything of either is told."""
+    found: dict[str, str] = {}
+    told: set[str] = set()
+    for frame in reading.frames:
+        on = frame.place("on", "atop")
+        kind = kind_of(on.name) if on is not None and on.kind == "object" else None
+        if on is not None and kind is not None and kind.wheels and frame.sense in _GOES:
+            fresh = (n for n in frame.patient if not told & {n, on.name} and n != on.name)
+            found |= dict.fromkeys(fresh, on.name)
+        told |= {*frame.patient, *frame.agent}
+    return found
+
+
 def with_what_bears_it(reading: Reading, layout: Layout) -> Reading:
     """ "The man on the skateboard glides to the right", "the bottle on the tray is carried": what
     he stands on goes as well, where it has wheels or is carried; the reading with that said."""

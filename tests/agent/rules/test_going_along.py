@@ -84,3 +84,21 @@ def test_company_is_read_wherever_it_is_said(prompt: str) -> None:
     told = read(prompt, inventory(things, [("table", Grounding())]))
     assert [(f.patient, f.direction) for f in told.frames] == [(("cup", "saucer"), "left")]
     assert not told.not_understood
+
+
+@pytest.mark.parametrize(
+    ("prompt", "below"),
+    [
+        ("The man on the skateboard glides to the right.", "skateboard"),
+        ("The skateboard rolls to the man.", "floor"),
+        ("The man walks to the right and steps on the skateboard.", "floor"),
+    ],
+)
+def test_who_the_words_have_on_a_thing_with_wheels_stands_on_it(prompt: str, below: str) -> None:
+    things = dict(STREET.objects)
+    things["man"] = (*things["man"][:2], "floor")
+    stage = Stage("street", things)
+    program = RuleGenerator().first(stage.case(prompt), stage.reconstruct)
+    man = program.scene.object("man")
+    assert man is not None
+    assert man.support == below

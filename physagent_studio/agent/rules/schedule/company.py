@@ -14,6 +14,8 @@ from physagent_studio.program.actions import Action, ApplyForce
 
 _GOES = words_of("move slide roll drift accelerate push pull stop settle")
 
+_ON_FOOT = ("run", "walk")
+
 
 def ridden(reading: Reading) -> dict[str, str]:
     """ "The man on the skateboard glides to the right": who stands on which thing on wheels, as
@@ -23,7 +25,8 @@ def ridden(reading: Reading) -> dict[str, str]:
     for frame in reading.frames:
         on = frame.place("on", "atop")
         kind = kind_of(on.name) if on is not None and on.kind == "object" else None
-        if on is not None and kind is not None and kind.wheels and frame.sense in _GOES:
+        goes = frame.sense in _GOES and frame.gait not in _ON_FOOT
+        if on is not None and kind is not None and kind.wheels and goes:
             fresh = (n for n in frame.patient if not told & {n, on.name} and n != on.name)
             found |= dict.fromkeys(fresh, on.name)
         told |= {*frame.patient, *frame.agent}
@@ -37,7 +40,7 @@ def with_what_bears_it(reading: Reading, layout: Layout) -> Reading:
     for frame in reading.frames:
         plain = not (frame.negated or frame.agent or frame.any_one or frame.counted)
         off = frame.place("off", "from") is not None or frame.direction == "off"
-        stays = off or frame.sense not in _GOES or frame.gait in ("run", "walk")
+        stays = off or frame.sense not in _GOES or frame.gait in _ON_FOOT
         below = _bearer(frame, reading, layout) if plain and not stays else None
         if below is not None:
             manner = frame.manner | {"along"}

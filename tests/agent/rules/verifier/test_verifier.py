@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import pytest
@@ -15,7 +16,7 @@ from physagent_studio.program import PhysicalProgram
 from physagent_studio.program.actions import FixObject, SetVelocity
 from physagent_studio.program.contract import Contract
 from physagent_studio.program.scene.state import Box, Sphere
-from physagent_studio.program.statements import Contacts
+from physagent_studio.program.statements import Contacts, Topples
 from physagent_studio.records import (
     CRITERIA,
     Assessment,
@@ -94,6 +95,22 @@ def test_a_miss_is_told_with_the_gap_and_the_frame_of_its_check(left: float, cod
     assert gap in check.text
     assert gap in miss.text
     assert miss.text.endswith(f"of box at frame {rollout.frame_of(check.step)}")
+
+
+@pytest.mark.parametrize(
+    ("most", "turn", "code"), [(125.0, 180.0, "too_much_turn"), (125.0, 20.0, "not_toppled")]
+)
+def test_what_turns_too_far_is_told_from_what_does_not_fall(most, turn, code) -> None:
+    program = first("desk", "The red cube is pushed to the left.")
+    over = Topples(id="over", subject="red_cube", tilt=60.0, most=most)
+    program = program.model_copy(update={"contract": Contract(statements=(over,))})
+    rollout = simulate(program, {})
+    rotations = rollout.rotations.copy()
+    half = math.radians(turn) / 2
+    rotations[1:, rollout.index("red_cube")] = (math.cos(half), math.sin(half), 0.0, 0.0)
+    rollout = replace(rollout, rotations=rotations)
+    checks = tuple(c for c in measure(program, rollout) if c.id == "over")
+    assert [m.code for m in mismatches(program, rollout, checks)] == [code]
 
 
 def test_a_diagnosis_has_figures_and_no_remedy() -> None:

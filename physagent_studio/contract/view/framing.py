@@ -21,7 +21,7 @@ from physagent_studio.records.judgement import Check
 
 GONE = 0.02
 """Part of its outline that may still be in the picture of what has left it."""
-PARTLY = (0.2, 0.8)
+PARTLY = (0.15, 0.85)
 """Least and greatest part of it that is within, of what has left it in part."""
 LEAVES = 0.4
 """Part of the clip for which what leaves the picture is at least seen in it."""

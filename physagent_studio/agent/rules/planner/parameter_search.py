@@ -172,19 +172,20 @@ def cross_entropy(
     bias: Callable[[Knob], Sequence[float]] = lambda knob: (1.0, -1.0),
     population: int = 12,
     rounds: int = 5,
+    spread: float = 2.5,
 ) -> Candidate | None:
-    """A small seeded cross-entropy search over two or three knobs.
+    """A small seeded cross-entropy search over a few knobs; spread: of the first draw, strides.
 
     Samples are normal around the best quarter of the last ones (Rubinstein 1999). A whole
     population is drawn before any of it has run.
     """
     rng = np.random.default_rng(seed)
-    mean, spread = np.zeros(len(knobs)), np.full(len(knobs), 2.5)
+    mean, wide = np.zeros(len(knobs)), np.full(len(knobs), spread)
     best: Candidate | None = None
     for _ in range(rounds):
         if search.exhausted:
             return best
-        drawn = mean + spread * rng.standard_normal((population, len(knobs)))
+        drawn = mean + wide * rng.standard_normal((population, len(knobs)))
         steps = [
             np.array([_allowed(s, bias(k)) for s, k in zip(row, knobs, strict=True)])
             for row in drawn
@@ -202,7 +203,7 @@ def cross_entropy(
         samples.sort(key=lambda row: row[0])
         elite = np.array([steps for _, steps in samples[: max(population // 4, 2)]])
         mean = 0.7 * elite.mean(axis=0) + 0.3 * mean
-        spread = np.maximum(0.7 * elite.std(axis=0) + 0.3 * spread, 0.15)
+        wide = np.maximum(0.7 * elite.std(axis=0) + 0.3 * wide, 0.15)
     return best
 
 

@@ -39,6 +39,11 @@ class PlannerSettings:
 
     min_gain_share: float = 0.02  # 0..0.2: of the margins, that is worth a proposal
     many_unseen: int = 3  # checks, 2..6: of the view that fail, from which the director comes first
+    # checks, 1..6: that fail at most, where all numbers are shaken before a search is given up
+    max_shaken_failing: int = 4
+    shaken_runs: int = 24  # count, 8..60: of runs then
+    shaken_strides: float = 0.5  # strides, 0.2..1.5: by which each number is changed then
+    max_shaken_count: int = 6  # count, 2..10: of numbers
     min_runs: int = 6  # count, 2..20: that a search may always make, however dear they are
     dear_units: float = 5.0  # cost, 2..20: of a run, from which it is dear
 
@@ -92,9 +97,30 @@ class RulePlanner:
             return _stuck(situation, search)
         best = search.carry_out(partial(self._searched, situation, _Ways(situation)))
         start = search.start()
-        if best is None or not _worth(best.score, start.score):
-            return _stuck(situation, search)
-        return _proposal(situation, start, best, search)
+        if best is not None and _worth(best.score, start.score):
+            return _proposal(situation, start, best, search)
+        if start.score.failing <= PLANNER.max_shaken_failing:
+            search = self._last_search(situation)
+            best = search.carry_out(partial(self._shaken, situation))
+            if best is not None and _worth(best.score, start.score):
+                return _proposal(situation, search.start(), best, search)
+        return _stuck(situation, search)
+
+    def _last_search(self, situation: Situation) -> Search:
+        """A budget for what is tried last, where little is missing: the same in every round."""
+        cost = cost_of(situation.program)
+        runs = max(int(PLANNER.shaken_runs / cost), PLANNER.min_runs)
+        return Search(situation, min(runs, self.limit), dear=cost > PLANNER.dear_units)
+
+    def _shaken(self, situation: Situation, search: Search) -> Candidate | None:
+        """All numbers changed a little at once: what bumps into things comes out otherwise then."""
+        knobs = relevant_knobs(situation, verified=False)[: PLANNER.max_shaken_count]
+        if not knobs:
+            return None
+        return cross_entropy(
+            search, knobs, seed=_seed(situation), bias=bias_of(situation).signs,
+            spread=PLANNER.shaken_strides, population=PLANNER.shaken_runs // 2, rounds=2,
+        )  # fmt: skip
 
     def _search(self, situation: Situation) -> Search:
         """A budget of units: what the first proposals did not find is worth less and less."""

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 
 import pytest
 
-from physagent_studio.agent.rules.planner.parameter_search import along_one
+from physagent_studio.agent.rules.planner.parameter_search import along_one, cross_entropy
 from physagent_studio.agent.rules.planner.parameters import Knob
 from physagent_studio.agent.rules.planner.trials import Candidate, Score, Search
 from physagent_studio.program.edits import Edit
@@ -47,3 +48,32 @@ def test_a_search_ends_where_nothing_more_may_be_run(allowed: int) -> None:
     found = along_one(search, KNOB, (1.0, -1.0), runs=30)
     assert (found is not None) == (allowed > 0)
     assert search.runs == allowed
+
+
+@dataclass
+class Recording(Search):
+    """Runs all that is asked for; nothing holds."""
+
+    asked: list[float] = field(default_factory=list)
+
+    @property
+    def exhausted(self) -> bool:
+        return False
+
+    def turn(
+        self, values: Sequence[tuple[Knob, float]], first: tuple[Edit, ...] = ()
+    ) -> Candidate | None:
+        self.asked += [abs(knob.distance(value)) for knob, value in values]
+        return Candidate(None, (), Score(1, 1.0), ())  # type: ignore[arg-type]
+
+
+def test_numbers_are_shaken_by_as_much_as_is_said() -> None:
+    knobs = [KNOB, replace(KNOB, path="mass", factor="density")]
+    far, near = (
+        Recording(None)  # type: ignore[arg-type]
+        for _ in range(2)
+    )
+    assert cross_entropy(far, knobs, seed=3, rounds=1) is not None
+    assert cross_entropy(near, knobs, seed=3, rounds=1, spread=0.5) is not None
+    assert len(near.asked) == len(far.asked) == 24
+    assert max(near.asked) == pytest.approx(max(far.asked) / 5)

@@ -75,6 +75,11 @@ def missing(program: PhysicalProgram) -> PhysicalProgram:
     return apply(program, [SetField(path=AZIMUTH, value=12.0)])
 
 
+def beside(program: PhysicalProgram) -> PhysicalProgram:
+    """Aims a little beside the pin."""
+    return apply(program, [SetField(path=AZIMUTH, value=5.5)])
+
+
 def weak(program: PhysicalProgram) -> PhysicalProgram:
     """Rolls far too slowly to arrive."""
     return apply(program, [SetField(path=SPEED, value=0.3)])
@@ -361,3 +366,14 @@ def number_at(program: PhysicalProgram, path: str) -> float:
     value = value_at(program, path)
     assert isinstance(value, float | int)
     return float(value)
+
+
+def test_what_nearly_holds_is_shaken_before_it_is_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where no number by itself helps, all of them are changed a little at once."""
+    monkeypatch.setattr(RulePlanner, "_searched", lambda *_: None)
+    situation = situation_of("lane", HITS, beside)
+    proposal = RulePlanner(limit=30).propose(situation)
+    assert len(proposal.edits) > 1
+    assert proposal.simulations <= 24
+    failing = [c for c in situation.assessment.checks if c.demanded and not c.ok]
+    assert len(outcome(situation, proposal)) <= len(failing)

@@ -146,3 +146,17 @@ def test_what_falls_to_another_place_leaves_what_it_stood_on(prompt: str) -> Non
     desk = STAGES["desk"]
     program = RuleGenerator().first(desk.case(prompt), desk.reconstruct)
     assert "falls" in {s.kind for s in program.contract.statements}
+
+
+def test_what_falls_to_a_told_side_rolls_across_it() -> None:
+    """No way is told in which it rolls: it lies along the side to which it fell."""
+    tin = {"tin": (Cylinder(radius=0.04, height=0.11), (0.0, 3.0, 0.055), "floor")}
+    yard = Stage("kitchen", tin)
+    words = "The tin tips over to the right and rolls a little on the floor."
+    program = RuleGenerator().first(yard.case(words), yard.reconstruct)
+    rollout = simulate(program, {})
+    checks = {check.id: check for check in measure(program, rollout)}
+    assert checks["tin_topples"].ok
+    assert checks["view.lean.tin"].ok
+    away = rollout.positions[-1, 0] - rollout.positions[len(rollout.positions) // 3, 0]
+    assert abs(away[1]) > abs(away[0])

@@ -39,6 +39,8 @@ class TurnSettings:
 
 
 TURNS = TurnSettings()
+_THERE = ("on", "along", "over", "atop")
+"""Of what something rolls about on, that tells no way."""
 
 
 def tip(task: Task, said: Direction | None = None) -> list[Action]:
@@ -210,8 +212,21 @@ def go_over(task: Task) -> list[Action]:
 
 
 def over_and_on(task: Task) -> list[Action]:
-    """Tips over, and rolls on when it lies: to where it shall get."""
-    return _over_then(task, way_ahead(task), way_to_go(task))
+    """Tips over, and rolls on when it lies: to where it shall get, or across the side to which it
+    is told to fall, where nothing tells which way it rolls."""
+    ahead, distance, fallen = way_ahead(task), way_to_go(task), _falls_to(task)
+    rolls = [f for f in task.intent.frames if f.sense == "roll"]
+    aimed = any(where not in _THERE for f in rolls for where, _ in f.places)
+    if fallen is not None and not aimed and not any(f.direction for f in rolls):
+        free = {e: free_way(task.layout, task.name, WAYS[e]) for e in _across(fallen)}
+        end = max(free, key=free.__getitem__)
+        ahead, distance = WAYS[end], min(distance, free[end])
+    return _over_then(task, ahead, distance)
+
+
+def _across(fallen: Direction) -> tuple[Direction, ...]:
+    """Ways in which something rolls that has fallen to that side."""
+    return ("toward_camera", "away") if fallen in ("left", "right") else ("right", "left")
 
 
 def over_and_off(task: Task) -> list[Action]:
@@ -221,9 +236,7 @@ def over_and_off(task: Task) -> list[Action]:
     fallen = _falls_to(task)
     if fallen is not None and abs(float(WAYS[fallen] @ ahead)) > TURNS.max_along_cosine:
         # Of an edge that is not seen nobody sees that it rolls off.
-        ends: tuple[Direction, ...] = (
-            ("toward_camera",) if fallen in ("left", "right") else ("right", "left")
-        )
+        ends = tuple(e for e in _across(fallen) if e != "away")
         end = min(ends, key=lambda e: task.layout.way_to_edge(task.name, WAYS[e]))
         ahead, distance = WAYS[end], task.layout.way_to_edge(task.name, WAYS[end])
     return _over_then(task, ahead, distance)

@@ -26,10 +26,12 @@ Repair = tuple[str, str, tuple[Edit, ...]]
 def repair_scene(situation: Situation) -> Proposal:
     """The first untried repair of the worst failed finding, or a question."""
     failing = _failing(situation)
-    max_looks = 6  # count, 1..20: reconstructions of one proposal; none of them is simulated
+    max_looks = 9  # count, 1..20: reconstructions of a first proposal; none of them is simulated
+    least_looks = 2  # count, 1..6: of later ones, that are worth less and less
+    left = max(int(max_looks / (1 + 0.5 * len(situation.memory.entries))), least_looks)
     for finding in failing:
         fresh = [row for row in _repairs(finding, situation) if _is_fresh(situation, row[2])]
-        chosen = _best(situation, fresh[:max_looks])
+        chosen, left = _best(situation, fresh[:left]), left - len(fresh[:left])
         if chosen is not None:
             factor, words, edits = chosen
             why = f"Because {finding.text}: {words}."

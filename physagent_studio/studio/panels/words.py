@@ -101,6 +101,7 @@ UNSEEN = {
     "calm": "something stirs too early", "wheels": "it drives sideways",
     "amount": "faster than it is told", "place": "away from its place",
     "tossed": "tossed into the air", "apart": "not seen to come apart",
+    "breaks": "out of the picture as it breaks",
     "alone": "something else moves as well", "footing": "not standing as it should",
     "lean": "not standing as it should", "touches": "not touching what it stands on",
     "begins": "not drawn as in the photo",

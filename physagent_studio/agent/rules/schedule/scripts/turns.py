@@ -218,9 +218,9 @@ def over_and_on(task: Task) -> list[Action]:
     rolls = [f for f in task.intent.frames if f.sense == "roll"]
     aimed = any(where not in _THERE for f in rolls for where, _ in f.places)
     if fallen is not None and not aimed and not any(f.direction for f in rolls):
-        free = {e: free_way(task.layout, task.name, WAYS[e]) for e in _across(fallen)}
-        end = max(free, key=free.__getitem__)
-        ahead, distance = WAYS[end], min(distance, free[end])
+        ways = {e: free_way(task.layout, task.name, WAYS[e]) for e in _across(fallen)}
+        end = max(_across(fallen), key=lambda e: ways[e])
+        ahead, distance = WAYS[end], min(distance, ways[end])
     return _over_then(task, ahead, distance)
 
 
@@ -236,7 +236,7 @@ def over_and_off(task: Task) -> list[Action]:
     fallen = _falls_to(task)
     if fallen is not None and abs(float(WAYS[fallen] @ ahead)) > TURNS.max_along_cosine:
         # Of an edge that is not seen nobody sees that it rolls off.
-        ends = tuple(e for e in _across(fallen) if e != "away")
+        ends: list[Direction] = [e for e in _across(fallen) if e != "away"]
         end = min(ends, key=lambda e: task.layout.way_to_edge(task.name, WAYS[e]))
         ahead, distance = WAYS[end], task.layout.way_to_edge(task.name, WAYS[end])
     return _over_then(task, ahead, distance)

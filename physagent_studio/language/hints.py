@@ -76,14 +76,8 @@ def hints(prompt: str, objects: Collection[str], supports: Collection[str] = ())
     names = (*objects, *supports)
     hollow = frozenset(name for name in names if _is_vessel(name, prompt))
     things = (*objects, *(name for name in supports if name in hollow))
-    # "Rises off the table and hovers in the air" does not hang there to begin with.
-    risen = _RISEN.search(prompt.lower())
-    at_first = prompt
-    if risen is not None:
-        end = risen.end()
-        at_first = prompt[:end] + _HOVERING.sub("", prompt[end:].lower())
     return SceneHints(
-        aloft=frozenset(name for name in things if _is_said(_ALOFT, name, things, at_first)),
+        aloft=frozenset(name for name in things if _hangs_at_first(name, things, prompt)),
         leaning=frozenset(name for name in things if _is_said(_LEANING, name, things, prompt)),
         sliding=frozenset(name for name in objects if _is_said(_SLIDING, name, things, prompt)),
         dropping=frozenset(name for name in objects if _is_said(_DROPPING, name, things, prompt)),
@@ -92,6 +86,18 @@ def hints(prompt: str, objects: Collection[str], supports: Collection[str] = ())
         seen=seen_by(prompt),
         names=MappingProxyType({name: called(name, prompt) for name in names}),
     )
+
+
+def _hangs_at_first(name: str, things: Collection[str], prompt: str) -> bool:
+    """Whether it is told to hang or float, and not only once it has gone up: "rises off the table
+    and hovers in the air"."""
+    if not _is_said(_ALOFT, name, things, prompt):
+        return False
+    risen = _RISEN.search(prompt.lower())
+    if risen is None or not _is_said(_RISEN, name, things, prompt):
+        return True
+    before, after = prompt[: risen.end()], prompt[risen.end() :]
+    return _is_said(_ALOFT, name, things, before + _HOVERING.sub("", after.lower()))
 
 
 def called(name: str, prompt: str) -> str:

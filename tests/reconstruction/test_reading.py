@@ -72,6 +72,8 @@ def test_words_that_lift_belong_to_the_nearest_noun():
         ("The balloon jumps up. It floats in the air.", set()),
         ("The balloon floats in the air and then rises.", {"balloon"}),
         ("The cup is thrown at the lamp that hangs there.", {"lamp"}),
+        ("The cup is thrown at the balloon that floats in the air.", {"balloon"}),
+        ("The cup bounces off the floor and hits the balloon hovering above.", {"balloon"}),
     ],
 )
 def test_what_goes_up_first_does_not_hang_there_to_begin_with(words, aloft) -> None:

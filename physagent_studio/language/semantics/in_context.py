@@ -251,19 +251,23 @@ def _but_not(frames: list[EventFrame]) -> None:
 
 def _but_what_stays(frames: list[EventFrame]) -> None:
     """ "The stack is pushed: the top book slides off, while the others stay", "… and only the top
-    book moves": the others are not pushed."""
-    still: set[str] = set()
-    for before, frame in pairwise([EventFrame("", ""), *frames]):
-        counted = frame.any_one or frame.counted or frame.places
-        stays = frame.sense == "stay" and (frame.posture == "still" or frame.link == "while")
-        if not counted and (stays or (frame.sense == "move" and frame.negated)):
-            still |= set(frame.patient) - set(before.patient if frame.rest else ())
-        if frame.only and frame.sense in (*_SHOVED, *_OVER) and not frame.negated:
-            still |= set(before.patient) - set(frame.patient)
-    for index, frame in enumerate(frames):
-        kept = tuple(name for name in frame.patient if name not in still)
-        if frame.sense in _SHOVED and not (frame.negated or frame.agent) and kept:
-            frames[index] = replace(frame, patient=kept)
+    book moves": the others are not pushed. What stays where it came to is."""
+    for index, (before, frame) in enumerate(pairwise(frames)):
+        if frame.any_one or frame.counted or frame.places or "there" in frame.manner:
+            continue
+        still = set(frame.patient) - set(before.patient if frame.rest else ())
+        contrasts = frame.sense == "stay" and frame.link == "while"
+        contrasts |= frame.sense == "move" and frame.negated
+        alone = frame.only and frame.sense == "move" and frame.direction is None
+        if alone and not frame.negated:
+            still = set(before.patient) - set(frame.patient)
+        elif not contrasts and not (frame.sense == "stay" and frame.posture == "still"):
+            continue
+        senses = _SHOVED if contrasts else ("push", "pull")
+        for place, earlier in enumerate(frames[: index + 1]):
+            kept = tuple(name for name in earlier.patient if name not in still)
+            if earlier.sense in senses and not (earlier.negated or earlier.agent) and kept:
+                frames[place] = replace(earlier, patient=kept)
 
 
 def _struck_the_one(frames: list[EventFrame]) -> None:

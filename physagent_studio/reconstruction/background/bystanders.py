@@ -36,9 +36,8 @@ class BystanderSettings:
     min_beyond_shares: tuple[float, float, float] = (0.45, 0.25, 0.1)
     clear_edge_share: float = 0.9  # 0.7..0.98: of its outline: all of it stands out
     clear_agreement: float = 0.8  # mean IoU, 0.6..0.95: of looks at it that agree
-    max_shading_share: float = (
-        0.6  # 0.3..0.9: of it that is beyond: less stands in what is taken out
-    )
+    # 0.3..0.9: of it that is beyond: less of it stands in what is taken out
+    max_shading_share: float = 0.6
     shade_ratio: float = 0.5  # 0.1..2: over the root of its area, around it: shade there is its own
     foot_share: float = 0.2  # 0.05..0.5: of a marked thing's height, which is its foot
     # 0.1..0.6: of what is around a foot: more of it is what that stands on, or painted there

@@ -5,7 +5,8 @@ from __future__ import annotations
 import pytest
 
 from physagent_studio.agent.rules import RuleGenerator
-from physagent_studio.program import PhysicalProgram
+from physagent_studio.language import inventory, read
+from physagent_studio.program import Grounding, PhysicalProgram
 from tests.agent.rules.scenes import STAGES
 
 
@@ -43,6 +44,24 @@ def test_an_object_of_nothing_denies(prompt: str) -> None:
     assert all(s.negated for s in touches)
     # What misses them moves, where nothing else says so.
     assert {s.kind for s in statements} - {"contacts"} <= {"moves"}
+
+
+@pytest.mark.parametrize(
+    ("prompt", "pushed"),
+    [
+        ("The apples are pushed to the right, while the left apple stays put.", ["right_apple"]),
+        ("The apples are pushed and only the right apple moves.", ["right_apple"]),
+        ("At first the left apple does not move, then both apples are pushed.", None),
+        ("The apples are pushed to the right and stay there.", None),
+        ("The apples are pushed. Only the left apple rolls back.", None),
+    ],
+)
+def test_what_stays_is_not_pushed_unless_it_stays_later(
+    prompt: str, pushed: list[str] | None
+) -> None:
+    stock = inventory([(name, Grounding()) for name in ("left_apple", "right_apple")])
+    (push,) = (frame for frame in read(prompt, stock).frames if frame.sense == "push")
+    assert sorted(push.patient) == (pushed or ["left_apple", "right_apple"])
 
 
 @pytest.mark.parametrize("rest", ["does not move at all", "does not move in the least"])

@@ -101,6 +101,8 @@ BODIES = {
     "nudged": "centres of mass are moved over what carries them",
     "roll": "the camera's roll by upright edges",
     "right angles": "the camera by edges of right-angled things",
+    "starts from above": "round bodies fitted once more as seen from above",
+    "rims": "the camera by the rims of plates, lids and pucks",
     "outlines": "the camera by outlines of things of known form",
     "known sizes": "the camera by things of known size on one plane",
     "eye level": "cameras are held at a usual height",

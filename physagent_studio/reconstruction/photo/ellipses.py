@@ -5,8 +5,26 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
+from physagent_studio.arrays import FloatArray
 from physagent_studio.reconstruction.photo.regions import BoolArray
 from physagent_studio.records.case import Image
+
+
+@dataclass(frozen=True, slots=True)
+class RimSettings:
+    """When an outline shows the rim of a round flat thing."""
+
+    least_px: int = 30  # count, 10..100: of outline that is its own
+    # count, 2..12: of fits, after each of which what is off the ellipse is left out
+    rounds_count: int = 6
+    off_ratio: float = 0.04  # 0.01..0.1: of its radius, by which its outline may be off
+    kept_share: float = 0.6  # 0.4..0.9: of the outline, that has to be on it
+    # count, 12..72: into which its round is cut, to tell how much of it is seen
+    sectors_count: int = 24
+    least_shown_share: float = 0.45  # 0.3..0.8: of them, in which it has to be seen
+
+
+RIM = RimSettings()
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,6 +40,61 @@ class Ellipse:
     def flatness(self) -> float:
         """Height over width: 1 seen from straight above."""
         return self.height / max(self.width, 1e-9)
+
+
+def rim_of(mask: BoolArray, others: BoolArray) -> Ellipse | None:
+    """The ellipse, long axis level, around a round flat thing; None where too little shows it.
+
+    mask: (H, W) of the thing. others: (H, W) what may hide a part of it: where they meet, and at
+    the picture's border, the outline is not its own. What sticks out (a spoon) is left out.
+    """
+    hull = cv2.convexHull(np.argwhere(mask)[:, ::-1].astype(np.int32))
+    canvas = cv2.polylines(np.zeros(mask.shape, np.uint8), [hull], True, 1, 1)
+    near = cv2.dilate(np.pad(others, 2, constant_values=True).astype(np.uint8), np.ones((5, 5)))
+    edge = mask & ~(cv2.erode(mask.astype(np.uint8), np.ones((3, 3)), borderValue=0) > 0)
+    rows, columns = np.nonzero(edge & ~(near[2:-2, 2:-2] > 0))
+    span = float(np.ptp(hull[:, 0, 0])) / 2
+    if len(rows) < RIM.least_px:
+        return None
+    away = cv2.distanceTransform(1 - canvas, cv2.DIST_L2, 5)[rows, columns]
+    outer = away < 2.0
+    points = np.stack([columns[outer], rows[outer]], 1).astype(np.float64) + 0.5
+    return _ellipse_through(points, span)
+
+
+def _ellipse_through(pixels: FloatArray, span: float) -> Ellipse | None:
+    """Through points (N, 2) of an outline, what is off left out step by step. span: pixels."""
+    if len(pixels) < RIM.least_px:
+        return None
+    middle = pixels.mean(0)
+    points = (pixels - middle) / span
+    kept, off, at = np.ones(len(points), bool), np.zeros(len(points)), points
+    fit: FloatArray | None = None
+    for _ in range(RIM.rounds_count):
+        fit = _least_squares(points[kept])
+        if fit is None:
+            return None
+        at = (points - fit[0]) / fit[1]
+        off = np.abs(np.hypot(at[:, 0], at[:, 1]) - 1)
+        kept = off < max(RIM.off_ratio, float(np.quantile(off, RIM.kept_share)))
+    good = off < RIM.off_ratio
+    sectors = np.floor(np.arctan2(at[good, 1], at[good, 0]) / (2 * np.pi) * RIM.sectors_count)
+    shown = len(np.unique(sectors)) / RIM.sectors_count
+    if fit is None or np.mean(good) < RIM.kept_share or shown < RIM.least_shown_share:
+        return None
+    (x, y), (wide, tall) = (span * fit).tolist()
+    return Ellipse(x + float(middle[0]), y + float(middle[1]), 2 * wide, 2 * tall)
+
+
+def _least_squares(points: FloatArray) -> FloatArray | None:
+    """Middle and half axes (2, 2) of the level ellipse x² + b x + c y² + d y + e = 0."""
+    x, y = points.T
+    terms = np.stack([x, y**2, y, np.ones_like(x)], 1)
+    b, c, d, e = (float(one) for one in np.linalg.lstsq(terms, -(x**2), rcond=None)[0])
+    if c <= 0:
+        return None
+    size = b**2 / 4 + d**2 / (4 * c) - e
+    return np.array([(-b / 2, -d / (2 * c)), np.sqrt((size, size / c))]) if size > 0 else None
 
 
 def level_circles(image: Image, ignore: BoolArray | None = None) -> list[Ellipse]:

@@ -56,7 +56,9 @@ class FormSettings:
     # ratio, 0.2..1: of a round body's depth over its width, from which on low feet tell no turn
     max_turned_depth: float = 0.5
     thin_deg: float = 12.0  # 3..30: least angle from which one looks down on thin things that lie
+    thin_share: float = 0.1  # 0.02..0.3: of their length, up to which they are thin
     thick_deg: float = 30.0  # 10..60: on thick ones
+    above_deg: float = 60.0  # 45..80: on what is not known to lie: its outline is that of its foot
     part_rounds: int = 8  # count, 1..16: in which a body and what stands off it are told apart
     min_part_step: float = 0.005  # IoU, 0..0.05: of body and parts, for which there is another
     min_across_iou: float = 0.5  # IoU, 0.2..0.8: with its mask, of what stands across its feet
@@ -342,20 +344,23 @@ def _turned_form(camera: Camera, mask: BoolArray, base: Base, usual: Usual) -> F
 
 
 def flat_form(camera: Camera, mask: BoolArray, base: Base, usual: Usual) -> Form | None:
-    """The mask inflated where it lies on the level plane; None for what is not known to lie.
+    """The mask inflated where it lies on the level plane; None for what is seen from too low.
 
-    Seen from too low, what is thick hides how far it reaches along the ground.
+    What is thick hides how far it reaches along the ground. What is not known to lie is taken for
+    lying where it is seen from right above: upright, its mask would show its top only.
     """
-    if not at_work("flat inflated") or usual.lies is None or base.free_z or base.hold >= 1:
+    if not at_work("flat inflated") or base.free_z or base.hold >= 1:
         return None
     x0, y0, x1, y1 = bounds(mask)
-    down = -float(camera.rays(np.array([[(x0 + x1) / 2, (y0 + y1) / 2]]))[0, 2])
-    away = float(np.linalg.norm(camera.rays(np.array([[(x0 + x1) / 2, (y0 + y1) / 2]]))[0]))
-    if down / away < math.sin(math.radians(FORM.thin_deg if usual.lies <= 0.1 else FORM.thick_deg)):
+    ray = camera.rays(np.array([[(x0 + x1) / 2, (y0 + y1) / 2]]))[0]
+    down = -float(ray[2]) / float(np.linalg.norm(ray))
+    thin = usual.lies is not None and usual.lies <= FORM.thin_share
+    least = FORM.above_deg if usual.lies is None else FORM.thin_deg if thin else FORM.thick_deg
+    if down < math.sin(math.radians(least)):
         return None
     round_half = natural_depth(mask) / 2 * metres_per_pixel(camera, (base.x, base.y, base.z))
     length = float(np.ptp(on_plane(camera, _corners(mask), base.z), axis=0)[:2].max())
-    half = min(round_half, usual.lies * length / 2)
+    half = round_half if usual.lies is None else min(round_half, usual.lies * length / 2)
     spots = on_plane(camera, _corners(mask), base.z + half)
     if not np.isfinite(spots).all() or not half > 0:
         return None

@@ -57,6 +57,11 @@ class PrimitiveSettings:
     depth_weight: float = 0.006
     told_depth_weight: float = 0.1  # IoU, 0.01..1: the same
     flat_weight: float = 0.03  # IoU, 0..0.2: the same of a flat box's thickness over its length
+    # sine, 0.1..0.5: of the angle from above, from which the tops of round bodies are seen
+    top_seen_slope: float = 0.25
+    least_side_ratio: float = 0.2  # 0.05..0.5: of what is seen of one, that is its side then
+    foot_ratio: float = 0.25  # 0.1..0.5: radius of its foot over its width
+    top_ratio: float = 0.4  # 0.2..0.5: the same of its top: a handle may take the rest
     refined_turns: int = 3  # count, 1..10: beginnings of a turned box that are refined
     # 0.005..0.5: with which the best box is refined again: a simplex may be stuck
     polish_steps: tuple[float, float] = (0.1, 0.04)
@@ -161,6 +166,21 @@ def _starts(kind: str, width: float, height: float) -> list[list[float]]:
     return [[w - 0.05, h - 0.08, w - 0.6, 0.0]]
 
 
+def _starts_from_above(kind: str, width: float, height: float, slope: float) -> list[list[float]]:
+    """Beginnings for round bodies of which the top is seen: it takes a part of their height.
+
+    slope: sine of the angle by which one looks down on them.
+    """
+    if slope < PRIMITIVE.top_seen_slope or not at_work("starts from above"):
+        return []
+    side = (height - width * slope) / math.sqrt(1 - min(slope, 0.99) ** 2)
+    w, h = math.log(width), math.log(max(side, PRIMITIVE.least_side_ratio * height))
+    foot, top = w + math.log(PRIMITIVE.foot_ratio), w + math.log(PRIMITIVE.top_ratio)
+    starts = {"cylinder": [w - math.log(2), h], "bowl": [foot, h, top, 0.7]}
+    starts["frustum"] = [foot, h, top]
+    return [starts[kind]] if kind in starts else []
+
+
 @dataclass(frozen=True, eq=False, slots=True)
 class _Search:
     """Numbers of one kind of body that cover a target best.
@@ -176,6 +196,12 @@ class _Search:
     creases: Creases | None
     width: float
     height: float
+
+    @property
+    def slope(self) -> float:
+        """Sine of the angle by which one looks down on the foot; 0 from below."""
+        away = np.array([self.base.x, self.base.y, self.base.z]) - self.camera.position
+        return max(-float(away[2]) / float(np.linalg.norm(away)), 0.0)
 
     def placed(self, p: FloatArray) -> FloatArray:
         """x, y, z of the foot, m, and the numbers of the body: what `outline` takes."""
@@ -225,6 +251,8 @@ class _Search:
         starts = [[0.0, first, 0.0, *s] for s in _starts(self.kind, self.width, self.height)]
         if self.kind == "box":
             return self._best_box([*starts, *self._turned()])
+        above = _starts_from_above(self.kind, self.width, self.height, self.slope)
+        starts += [[0.0, 0.0, 0.0, *start] for start in above]
         free = np.arange(len(starts[0]))
         tried = [_refined(self.loss, np.array(start), free, 0.18, 260) for start in starts]
         return min(tried, key=lambda one: one[0])[1]

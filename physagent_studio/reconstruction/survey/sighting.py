@@ -18,7 +18,7 @@ from physagent_studio.reconstruction.camera import right_angles
 from physagent_studio.reconstruction.camera.outlines import Outline, outline_of
 from physagent_studio.reconstruction.camera.roll import Levelled, roll_of
 from physagent_studio.reconstruction.camera.scale import FLOOR
-from physagent_studio.reconstruction.photo.ellipses import level_circles
+from physagent_studio.reconstruction.photo.ellipses import Ellipse, level_circles, rim_of
 from physagent_studio.reconstruction.photo.line_segments import Segments
 from physagent_studio.reconstruction.photo.regions import BoolArray
 from physagent_studio.reconstruction.supports import clicked as clicked_supports
@@ -80,7 +80,9 @@ class Sighting:
         if state.horizon is not None:
             return camera_cues.Horizon(state.horizon, 1.0, focal, roll)
         level = Levelled(self.look.size, roll or roll_of(self.look.found, self.look.size))
-        circles = [camera_cues.Disc(level.row((e.x, e.y)), e.flatness) for e in self.shown.circles]
+        circles = [
+            camera_cues.Disc(level.row((e.x, e.y)), e.flatness) for e in self._circles(state)
+        ]
         found = camera_cues.estimate(
             self.look.size,
             self.look.found,
@@ -92,6 +94,20 @@ class Sighting:
             self._outlines(state, focal, level.roll) if at_work("outlines") else (),
         )
         return level.tilted(found)
+
+    def _circles(self, state: SceneState) -> list[Ellipse]:
+        """Level circles: those that are painted, and the rims of plates, lids and coins."""
+        if not at_work("rims"):
+            return list(self.shown.circles)
+        rims = []
+        for name, stance in self.look.stances.items():
+            usual = self.usual[name]
+            loose = self._is_ramp(state, self.root[name]) or self._in_air(stance) or stance.leans
+            if usual.flat is None or usual.shapes[:1] != ("cylinder",) or loose:
+                continue
+            others = self.look.covered & ~self.look.masks[name]
+            rims.append(rim_of(self.look.masks[name], others))
+        return [*self.shown.circles, *(rim for rim in rims if rim is not None)]
 
     def _standing(self, state: SceneState, level: Levelled) -> list[camera_cues.Standing]:
         """Things of known size on level planes, a goal among them."""

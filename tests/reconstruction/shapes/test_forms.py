@@ -8,9 +8,9 @@ import cv2
 import numpy as np
 import pytest
 
-from physagent_studio.knowledge.things import usual_size
+from physagent_studio.knowledge.things import UNKNOWN, usual_size
 from physagent_studio.program.scene.camera import Camera
-from physagent_studio.program.scene.state import Cylinder, Sphere
+from physagent_studio.program.scene.state import Cylinder, Frustum, Sphere
 from physagent_studio.reconstruction import mesh_of
 from physagent_studio.reconstruction.photo.regions import BoolArray
 from physagent_studio.reconstruction.shapes.forms import Form, forms
@@ -62,3 +62,25 @@ def test_a_fruit_behind_a_leaf_stays_a_round_body(bite: int) -> None:
     cv2.circle(canvas, (int(columns.min()) + 3, int(rows.mean()) + 8), bite, 0, -1)
     found = forms(CAMERA, canvas.astype(bool), Base(0.0, 0.76, 0.0), usual_size("apple"))
     assert found[0].kind in ("sphere", "ellipsoid", "revolved")
+
+
+@pytest.mark.parametrize("steep", [0.5, 0.7])
+def test_a_tapering_cup_seen_from_above_is_no_cone(steep: float) -> None:
+    # The foot is hidden under a rim that is three times as wide.
+    eye = Camera.from_horizon((640, 480), 240 - steep * 620.0, 0.5, focal=620.0)
+    cup = Frustum(bottom_radius=0.02, top_radius=0.06, height=0.06)
+    mesh = mesh_of(cup)
+    away = 0.5 / steep
+    low = float(mesh.vertices[:, 2].min())
+    world = mesh.vertices + np.array([0.0, away, -low])
+    mask = silhouette(eye, world, mesh.faces)
+    found = forms(eye, mask, Base(0.0, away, 0.0, hold=0.6), usual_size("cup"))
+    assert found[0].iou > 0.975
+
+
+def test_what_is_seen_from_right_above_lies_in_its_outline() -> None:
+    above = Camera.from_horizon((640, 480), -8000, 1.0, focal=620.0)
+    canvas = np.zeros((480, 640), np.uint8)
+    cv2.fillPoly(canvas, [np.array([(200, 150), (420, 180), (380, 330), (180, 300)])], 1)
+    found = forms(above, canvas.astype(bool), Base(0.0, 0.08, 0.0), UNKNOWN, "inflated")
+    assert found[0].iou > 0.95

@@ -55,6 +55,7 @@ class Kind(_Row):
     wheels: Heading | None = None
     colours: tuple[str, ...] = ()
     body: Literal["sheet", "flag", "plant", "grains"] | None = None
+    buoyant: bool = False
     young: Positive | None = None
     families: tuple[str, ...] = ()
     ground: str | None = None

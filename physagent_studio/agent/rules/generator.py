@@ -22,6 +22,7 @@ from physagent_studio.agent.rules.scene.hanging import (
     bounces_unseen,
     from_nowhere,
     in_the_air,
+    kept_afloat,
     may_hang,
     sizes_off,
 )
@@ -90,7 +91,7 @@ class RuleGenerator:
         reading = by_limbs(reading, Layout(state))
         state = with_hold(_with_landmarks(state, reading))
         state = _with_materials(_on_wheels(state, reading, clip, masks), reading, clip)
-        state = kept_upright(state, reading)
+        state = kept_afloat(kept_upright(state, reading), reading)
         layout = Layout(state)
         reading = as_waves(reading, layout)
         said = (

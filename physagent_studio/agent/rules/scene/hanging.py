@@ -255,3 +255,27 @@ def _over(
         for other, (other_x, other_y) in spots.items()
         if other not in (name, below)
     )
+
+
+_BORNE = frozenset({"wind", "drift", "push"})
+"""What moves a thing that floats without taking it up or down."""
+
+
+def kept_afloat(state: SceneState, reading: Reading) -> SceneState:
+    """What is lighter than air, hangs in it and is only blown or pushed along keeps its height."""
+    told: dict[str, set[str]] = {}
+    for frame in reading.frames:
+        for name in frame.patient:
+            told.setdefault(name, set()).add(frame.sense)
+
+    def floating(item: SceneObject) -> bool:
+        kind = kind_of(item.name)
+        borne = told.get(item.name, set())
+        buoyant = kind is not None and kind.buoyant and item.body.kind == "rigid"
+        return buoyant and item.aloft == "hangs" and bool(borne) and borne <= _BORNE
+
+    objects = [
+        item.model_copy(update={"aloft": "floats"}) if floating(item) else item
+        for item in state.objects
+    ]
+    return state.model_copy(update={"objects": tuple(objects)})

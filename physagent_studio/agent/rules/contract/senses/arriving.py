@@ -99,6 +99,9 @@ def land(c: Context) -> list[Spec]:
         found.append(spec("reaches", c.subject, other=place.name))
     elif place.kind in ("object", "support") and _is_inside(c, place):
         found.append(spec("lands_in", c.subject, landmark=place.name))
+    elif place.kind == "object" and is_last(c) and any(f.sense == "jump" for f in c.earlier):
+        # "Hops to the left and lands on the plate": it is up there in the end.
+        found.append(spec("reaches", c.subject, other=place.name))
     else:
         found.append(spec("contacts", c.subject, other=place.name))
     beside = c.frame.place("near")

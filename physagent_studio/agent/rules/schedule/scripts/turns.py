@@ -31,6 +31,8 @@ class TurnSettings:
     out_share: float = 0.4  # 0.2..0.45: of the clip, in which a thing gets to where it turns back
     over_share: float = 0.35  # 0.2..0.5: of the clip, after which it lies and is sent on
     on_share: float = 0.4  # 0.2..0.6: of the clip, in which it gets there then
+    long_ratio: float = 1.5  # 1.2..3: of a long thing's width to its height
+    narrow_ratio: float = 0.7  # 0.3..0.9: of its depth to its width, up to which it is narrow
     # cosine, 0.5..0.95: of its way and the side to which it tips over: its axis lies across
     max_along_cosine: float = math.cos(math.radians(50.0))
     pause_share: float = 0.03  # 0..0.1: of the clip, for which it stands there
@@ -85,7 +87,8 @@ def _tilted(task: Task, way: FloatArray, height: float, width: float) -> Action:
 
 def _free_way(task: Task) -> Direction:
     """The side on which there is most room for all that fall over with it, in the picture and on
-    what carries them; elsewhere where something would be knocked down that shall not be."""
+    what carries them; elsewhere where something would be knocked down that shall not be. A long
+    thing goes over its long side, as a shoe or a train does."""
     layout = task.layout
     meant = {name for frame in task.intent.frames for name in (*frame.patient, *frame.agent)}
     others = [o.name for o in layout.state.objects if o.name not in meant and layout.has(o.name)]
@@ -96,10 +99,14 @@ def _free_way(task: Task) -> Direction:
         return min(min(free_way(layout, n, WAYS[side]) / layout.height(n), 1.0) for n in row)
 
     sides: list[Direction] = sorted(("right", "left"), key=room, reverse=True)
-    for side in (*sides, "toward_camera", "away"):
+    wide, deep = (2 * layout.extent(task.name, WAYS[way]) for way in ("right", "away"))
+    long = wide > TURNS.long_ratio * layout.height(task.name) and deep < TURNS.narrow_ratio * wide
+    # What is long and narrow goes over its long side; nearer, for its base is never in a picture.
+    across: tuple[Direction, ...] = ("toward_camera", "away")
+    for side in (*across, *sides) if long else (*sides, *across):
         if not any(_in_the_way(task, other, WAYS[side]) for other in others):
             return side
-    return sides[0]
+    return across[0] if long else sides[0]
 
 
 def _in_the_way(task: Task, other: str, way: FloatArray) -> bool:

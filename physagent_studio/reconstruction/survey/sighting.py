@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -99,15 +99,16 @@ class Sighting:
         """Level circles: those that are painted, and the rims of plates, lids and coins."""
         if not at_work("rims"):
             return list(self.shown.circles)
-        rims = []
+        rims: list[Ellipse] = []
         for name, stance in self.look.stances.items():
             usual = self.usual[name]
             loose = self._is_ramp(state, self.root[name]) or self._in_air(stance) or stance.leans
             if usual.flat is None or usual.shapes[:1] != ("cylinder",) or loose:
                 continue
             others = self.look.covered & ~self.look.masks[name]
-            rims.append(rim_of(self.look.masks[name], others))
-        return [*self.shown.circles, *(rim for rim in rims if rim is not None)]
+            rim = rim_of(self.look.masks[name], others)
+            rims += [] if rim is None else [without_side(rim, usual.flat)]
+        return [*self.shown.circles, *rims]
 
     def _standing(self, state: SceneState, level: Levelled) -> list[camera_cues.Standing]:
         """Things of known size on level planes, a goal among them."""
@@ -192,6 +193,16 @@ class Sighting:
         if support is not None and support.shape is not None:
             return support.shape.kind == "ramp"
         return support is not None and support_kind(name) == "ramp"
+
+
+def without_side(rim: Ellipse, thin: float) -> Ellipse:
+    """The upper rim of a disc whose outline is seen. thin: its height over its width.
+
+    The outline is sin a + thin · cos a as high as wide, where one looks down on it by a.
+    """
+    high = min(rim.flatness / math.hypot(1.0, thin), 1.0)
+    slope = max(math.asin(high) - math.atan(thin), 0.0)
+    return replace(rim, height=rim.width * math.sin(slope))
 
 
 def _is_looked_down_on(name: str, usual: Usual) -> bool:

@@ -48,14 +48,14 @@ def rim_of(mask: BoolArray, others: BoolArray) -> Ellipse | None:
     mask: (H, W) of the thing. others: (H, W) what may hide a part of it: where they meet, and at
     the picture's border, the outline is not its own. What sticks out (a spoon) is left out.
     """
-    hull = cv2.convexHull(np.argwhere(mask)[:, ::-1].astype(np.int32))
-    canvas = cv2.polylines(np.zeros(mask.shape, np.uint8), [hull], True, 1, 1)
     near = cv2.dilate(np.pad(others, 2, constant_values=True).astype(np.uint8), np.ones((5, 5)))
     edge = mask & ~(cv2.erode(mask.astype(np.uint8), np.ones((3, 3)), borderValue=0) > 0)
     rows, columns = np.nonzero(edge & ~(near[2:-2, 2:-2] > 0))
-    span = float(np.ptp(hull[:, 0, 0])) / 2
     if len(rows) < RIM.least_px:
         return None
+    hull = cv2.convexHull(np.argwhere(mask)[:, ::-1].astype(np.int32))
+    canvas = cv2.polylines(np.zeros(mask.shape, np.uint8), [hull], True, 1, 1)
+    span = float(np.ptp(hull[:, 0, 0])) / 2
     away = cv2.distanceTransform(1 - canvas, cv2.DIST_L2, 5)[rows, columns]
     outer = away < 2.0
     points = np.stack([columns[outer], rows[outer]], 1).astype(np.float64) + 0.5

@@ -370,7 +370,8 @@ def flat_form(camera: Camera, mask: BoolArray, base: Base, usual: Usual) -> Form
     mesh = inflated_mesh(mask, camera, shape)
     place = _centred(mesh, (float(low[0] + high[0]) / 2, float(low[1] + high[1]) / 2), base.z)
     value = iou(silhouette(camera, mesh.vertices + np.array(place), mesh.faces), mask)
-    merit = value - FORM.inflated_cost + PRIMITIVE.named_gain
+    named = usual.lies is not None or "inflated" in usual.shapes
+    merit = value - FORM.inflated_cost + PRIMITIVE.named_gain * named
     return Form("inflated", shape, mesh, place, IDENTITY, value, merit)
 
 

@@ -67,3 +67,8 @@ def test_a_plate_under_a_cup_tells_how_steeply_it_is_seen(pitch: int) -> None:
     ray = camera.rays(np.array([[rim.x, rim.y]]))[0]
     slope = math.degrees(math.asin(-ray[2] / np.linalg.norm(ray)))
     assert math.degrees(math.asin(rim.flatness)) == pytest.approx(slope, abs=3)
+
+
+def test_an_empty_mask_has_no_rim() -> None:
+    nothing = np.zeros((300, 400), bool)
+    assert rim_of(nothing, nothing) is None

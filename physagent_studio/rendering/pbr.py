@@ -87,7 +87,8 @@ class PathTracer(Compositor):
         as_built: bool = False,
     ) -> Frame:
         """The picture at these poses, see `Compositor.frame`; things are always as built."""
-        pose = self._posed(positions, rotations, vertices)
+        pose = self._placed(positions, rotations, vertices)
+        hits = self._look(pose).hits
         faces = self._batch.faces
         kept = np.ones(len(faces), bool) if pose.torn is None else ~pose.torn
         lit, cover = self._lit(pose.world, kept)
@@ -96,8 +97,8 @@ class PathTracer(Compositor):
         mixed = np.maximum(lit - behind * self._bare, 0) + behind * self._plate
         clear = cover[..., 0] == 0
         mixed[clear] = (change * self._plate)[clear]
-        ids, depth = self._seen(pose.hits)
-        surface = Surface(pose.hits, pose.points, faces, self.lens)
+        ids, depth = self._seen(hits)
+        surface = Surface(hits, pose.points, faces, self.lens)
         rgb = (255 * srgb_of(np.clip(mixed, 0, 1)) + 0.5).astype(np.uint8)
         return Frame(rgb, ids, depth, surface)
 

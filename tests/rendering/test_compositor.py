@@ -11,8 +11,9 @@ from physagent_studio.errors import Cancelled, InputError
 from physagent_studio.program.rotations import about_axis
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.records.scene import Mesh
-from physagent_studio.rendering import Compositor, render_clip
+from physagent_studio.rendering import Compositor, compositor, render_clip
 from physagent_studio.rendering.compositor import initial_poses
+from physagent_studio.rendering.scenery import Scenery
 from tests.rendering.scenes import FLOOR, SIZE, ball, crate, mesh_of, rollout_of, scene_of, table
 
 
@@ -243,6 +244,26 @@ def test_same_bits_every_time(two_things):
     first, second = (Compositor(two_things).frame() for _ in range(2))
     assert np.array_equal(first.rgb, second.rgb)
     assert np.array_equal(first.depth, second.depth)
+
+
+def test_shadows_in_a_thread_of_their_own_are_the_same_bits(monkeypatch):
+    things = [ball((0.4 * n - 1, 3.0, 0.2), 0.15, f"b{n}", 2) for n in range(6)]
+    scene = scene_of([o for o, _ in things], {o.name: m for o, m in things}, (FLOOR,))
+    pictures = []
+    for many in (1, 100):
+        monkeypatch.setattr(compositor, "_MANY", many)
+        pictures.append(Compositor(scene).frame().rgb)
+    assert np.array_equal(*pictures)
+    bare = Compositor(scene).frame(shadows=False).rgb
+    assert (bare != pictures[0]).any(), "nothing casts a shadow"
+
+
+def test_what_goes_wrong_with_the_shadows_is_raised(monkeypatch, two_things):
+    monkeypatch.setattr(compositor, "_MANY", 1)
+    made = Compositor(two_things)
+    monkeypatch.setattr(Scenery, "behind", lambda *_: 1 / 0)
+    with pytest.raises(ZeroDivisionError):
+        made.frame()
 
 
 def spin(scene, frames=5):

@@ -105,6 +105,7 @@ BODIES = {
     "rims": "the camera by the rims of plates, lids and pucks",
     "outlines": "the camera by outlines of things of known form",
     "known sizes": "the camera by things of known size on one plane",
+    "boxed tops": "the top of a table fills the box around it",
     "eye level": "cameras are held at a usual height",
 }
 """The same of bodies, their looks and places, and of the camera."""

@@ -25,7 +25,7 @@ def on_plane(camera: Camera, pixels: ArrayLike, height: float) -> FloatArray:
 
     A ray that never meets it (at or above its vanishing line) gives NaN.
     """
-    rays = camera.rays(np.atleast_2d(np.asarray(pixels, float)))
+    rays = camera.rays(np.asarray(pixels, float).reshape(-1, 2))
     drop = np.where(np.abs(rays[:, 2]) < 1e-9, np.nan, rays[:, 2])
     along = (height - camera.position[2]) / drop
     along = np.where(along > 0, along, np.nan)
@@ -34,7 +34,7 @@ def on_plane(camera: Camera, pixels: ArrayLike, height: float) -> FloatArray:
 
 def on_upright(camera: Camera, pixels: ArrayLike, y: float) -> FloatArray:
     """World points (N, 3) where the rays of `pixels` meet the upright plane at depth y."""
-    rays = camera.rays(np.atleast_2d(np.asarray(pixels, float)))
+    rays = camera.rays(np.asarray(pixels, float).reshape(-1, 2))
     along = (y - camera.position[1]) / np.where(np.abs(rays[:, 1]) < 1e-9, np.nan, rays[:, 1])
     return np.asarray(camera.position) + rays * along[:, None]
 
@@ -43,7 +43,7 @@ def on_upright_through(
     camera: Camera, pixels: ArrayLike, point: ArrayLike, normal: ArrayLike
 ) -> FloatArray:
     """World points (N, 3) where the rays meet the plane through `point` with `normal`."""
-    rays = camera.rays(np.atleast_2d(np.asarray(pixels, float)))
+    rays = camera.rays(np.asarray(pixels, float).reshape(-1, 2))
     n = np.asarray(normal, float)
     offset = float((np.asarray(point, float) - np.asarray(camera.position)) @ n)
     facing = rays @ n

@@ -6,7 +6,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from physagent_studio.knowledge import is_rails, is_solid, support_kind
+from physagent_studio.knowledge import is_rails, is_solid, kind_of, support_kind
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import (
     Floor,
@@ -17,11 +17,12 @@ from physagent_studio.program.scene.state import (
     SupportShape,
     Wall,
 )
-from physagent_studio.reconstruction.camera.rays import on_plane
+from physagent_studio.reconstruction.camera.rays import metres_per_pixel, on_plane
 from physagent_studio.reconstruction.camera.scale import FLOOR
 from physagent_studio.reconstruction.photo.line_segments import Segments
 from physagent_studio.reconstruction.photo.regions import BoolArray
 from physagent_studio.reconstruction.supports import clicked as clicked_supports
+from physagent_studio.reconstruction.supports.boxed_tops import within_box
 from physagent_studio.reconstruction.supports.ramps import place_ramp
 from physagent_studio.reconstruction.supports.seen_ends import Shown, to_seen_ends
 from physagent_studio.reconstruction.supports.slabs import fit_slab
@@ -30,6 +31,7 @@ from physagent_studio.reconstruction.supports.stairs import with_steps
 from physagent_studio.reconstruction.supports.stances import Stance
 from physagent_studio.reconstruction.supports.tabletops import Top
 from physagent_studio.reconstruction.survey.survey import Survey, is_ground
+from physagent_studio.reconstruction.switches import at_work
 
 
 def resolve(
@@ -64,6 +66,7 @@ def resolve(
             shape = with_steps(support, shape)
         if isinstance(shape, Slab) and shown is not None and _is_fitted(support, read):
             shape = _in_view(shown, support, read, stances, regions, shape)
+            shape = _boxed(shown, support, read, stances, shape)
         if isinstance(shape, Slab) and is_rails(support.name):
             shape = shape.model_copy(update={"rail": rail_ratio * min(shape.size[:2])})
         if shape is None:
@@ -171,6 +174,25 @@ def _in_view(
     standing = places[np.isfinite(places).all(1)]
     region = regions.get(support.name, np.zeros(shown.covered.shape, bool))
     return to_seen_ends(shown, read.camera, slab, region, standing)
+
+
+def _boxed(
+    shown: Shown, support: Support, read: Survey, stances: Mapping[str, Stance], slab: Slab
+) -> Slab:
+    """The slab of a table that a person drew a box around, as that says where it ends."""
+    box, kind = support.grounding.box, kind_of(support.name)
+    is_table = kind is not None and kind.surface == "level"
+    if box is None or not is_table or not at_work("boxed tops"):
+        return slab
+    top = slab.position[2] + slab.size[2] / 2
+    bases = []
+    for name, stance in stances.items():
+        if read.on[name] == support.name:
+            place = on_plane(read.camera, [stance.foot], top)
+            if np.isfinite(place).all():
+                place[0, 1] += stance.width / 2 * metres_per_pixel(read.camera, tuple(place[0]))
+                bases.append(read.camera.project(place)[0][0])
+    return within_box(shown, read.camera, slab, box, np.array(bases).reshape(-1, 2))
 
 
 def _wall(camera: Camera, clicks: Sequence[tuple[float, float]]) -> Wall | None:

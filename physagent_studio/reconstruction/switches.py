@@ -23,6 +23,7 @@ MASKS = {
     "round masks": "of the masks of a ball a rounder one is likelier",
     "ball outlines": "balls cover what spheres do",
     "box outlines": "what a box's mask lost on one side comes back from the other",
+    "closed bodies": "nothing is seen through plain bodies without handles or frames",
     "foot spill": "no shade at the foot of round fruit",
     "clicks of others": "clicks on other things lie outside",
 }

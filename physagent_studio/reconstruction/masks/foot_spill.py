@@ -1,15 +1,18 @@
 """Shade and mirror images at the foot of a thing, which a mask may have taken for a part of it.
 
-A ball covers what a sphere does. The outline of a round fruit is a circle, but for what hides it:
+A plain body has no openings: what a mask leaves out within it, a dial or a label, belongs to it. A
+ball covers what a sphere does. The outline of a round fruit is a circle, but for what hides it:
 what sticks out at its foot belongs to what it lies on; stems and leaves are left as they are.
 """
 
+import math
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 import cv2
 import numpy as np
 
+from physagent_studio.knowledge.things import Usual
 from physagent_studio.language import SceneHints
 from physagent_studio.program.scene.state import SceneObject
 from physagent_studio.reconstruction.masks.box_outlines import as_box
@@ -18,7 +21,7 @@ from physagent_studio.reconstruction.masks.round_outlines import (
     as_ball,
     round_outline,
 )
-from physagent_studio.reconstruction.photo.regions import BoolArray
+from physagent_studio.reconstruction.photo.regions import BoolArray, without_pinholes
 from physagent_studio.reconstruction.switches import at_work
 from physagent_studio.records.case import Image
 
@@ -49,7 +52,10 @@ def sound_masks(
             continue
         others = [other for name, other in out.items() if name != item.name]
         beside = np.any(others, axis=0) if others else np.zeros_like(mask)
-        shapes = told.usual(item.name).shapes
+        usual = told.usual(item.name)
+        shapes = usual.shapes
+        if _is_closed(usual) and at_work("closed bodies"):
+            out[item.name] = mask = mask | (without_pinholes(mask, math.inf) & ~beside)
         if shapes[:1] != ("sphere",):
             if shapes == ("box",) and at_work("box outlines"):
                 out[item.name] = as_box(mask, beside)
@@ -59,6 +65,11 @@ def sound_masks(
         elif at_work("foot spill"):
             out[item.name] = without_spill(photo, mask)
     return out
+
+
+def _is_closed(usual: Usual) -> bool:
+    """Whether nothing is seen through a thing: a plain body without a handle or a frame."""
+    return bool(usual.shapes) and usual.shapes[0] not in ("inflated", "torus") and not usual.parts
 
 
 def _with_ball(

@@ -120,3 +120,19 @@ def test_a_mask_of_nothing_or_of_a_line_stays(rows: int) -> None:
     mask[50 : 50 + rows, 20:100] = True
     assert as_ball(mask, NONE) is mask
     assert round_outline(mask) is None
+
+
+def test_plain_bodies_have_no_openings() -> None:
+    dial, photo = _ball(axes=(30, 30)), np.full((240, 320, 3), 90, np.uint8)
+    ring, egg = _ball() & ~dial, _ball(axes=(12, 12))
+    whole = {}
+    for name in ("clock", "jug", "bicycle", "swim_ring"):
+        told = hints(f"The {name} slides to the left.", (name,))
+        whole[name] = sound_masks(photo, {name: ring}, [SceneObject(name=name)], told)[name]
+    assert np.array_equal(whole.pop("clock"), _ball())
+    assert all(np.array_equal(mask, ring) for mask in whole.values())
+    # What stands in front of it is not its dial.
+    objects = [SceneObject(name="clock"), SceneObject(name="egg")]
+    told = hints("The clock slides to the left.", ("clock", "egg"))
+    found = sound_masks(photo, {"clock": ring, "egg": egg}, objects, told)
+    assert np.array_equal(found["clock"], _ball() & ~egg)

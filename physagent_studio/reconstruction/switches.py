@@ -107,6 +107,7 @@ BODIES = {
     "outlines": "the camera by outlines of things of known form",
     "known sizes": "the camera by things of known size on one plane",
     "boxed tops": "the top of a table fills the box around it",
+    "round tops": "the camera by the tops of round tables in boxes",
     "eye level": "cameras are held at a usual height",
 }
 """The same of bodies, their looks and places, and of the camera."""

@@ -18,6 +18,7 @@ from physagent_studio.arrays import FloatArray
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import Slab
 from physagent_studio.reconstruction.camera.rays import on_plane
+from physagent_studio.reconstruction.photo.ellipses import Ellipse
 from physagent_studio.reconstruction.supports.seen_ends import Shown
 from physagent_studio.reconstruction.supports.top_outlines import OUTLINE, Box, View
 
@@ -57,6 +58,8 @@ class BoxedSettings:
     max_wide_ratio: float = 0.6  # 0.5..0.8: the same, of one that the picture's side cuts
     min_flat_ratio: float = 0.03  # 0.01..0.1: half its height in the picture, seen from beside
     max_flat_ratio: float = 0.5  # 0.4..0.6: the same, seen from above
+    # worth, 1.6..2.1: of an ellipse that no rectangle is taken for
+    sure_worth: float = 1.9
     max_turn_rad: float = 0.1  # 0..0.3: how far its long axis is from level
 
 
@@ -77,12 +80,23 @@ def within_box(shown: Shown, camera: Camera, slab: Slab, box: Box, standing: Flo
     if least > OUTLINE.best_worth:
         return slab
     square, square_worth = _best_square(tops)
-    oval, oval_worth = _best_oval(tops)
+    oval, oval_worth = _best_oval(view)
     if max(square_worth, oval_worth) < least:
         return slab
     if oval_worth + BOXED.round_gain > square_worth:
         return tops.slab_of_oval(oval, slab)
     return _moved(slab, tops.rectangles_of(square[None])[0])
+
+
+def round_top(shown: Shown, box: Box) -> Ellipse | None:
+    """The top of a table in a box, pixels, where it is seen for sure to be round."""
+    view = View.of(shown, box, np.zeros((0, 2)))
+    numbers, worth = _best_oval(view)
+    if worth < BOXED.sure_worth:
+        return None
+    left, top, right, _ = box
+    x, y, a, b = (float(number) * (right - left) for number in numbers[:4])
+    return Ellipse(left + x, top + y, 2 * a, 2 * b)
 
 
 def _best_square(tops: "_Tops") -> tuple[FloatArray, float]:
@@ -102,7 +116,7 @@ def _best_square(tops: "_Tops") -> tuple[FloatArray, float]:
     return max(found, key=lambda one: one[1])
 
 
-def _best_oval(tops: "_Tops") -> tuple[FloatArray, float]:
+def _best_oval(view: View) -> tuple[FloatArray, float]:
     """The numbers of the ellipse of greatest worth, and that."""
     bounds = (
         (0.5 - BOXED.middle_ratio, 0.5 + BOXED.middle_ratio),
@@ -111,7 +125,20 @@ def _best_oval(tops: "_Tops") -> tuple[FloatArray, float]:
         (BOXED.min_flat_ratio, BOXED.max_flat_ratio),
         (-BOXED.max_turn_rad, BOXED.max_turn_rad),
     )
-    return _sought(lambda n: tops.view.worth(tops.ovals(n)), bounds)
+    return _sought(lambda n: view.worth(_ovals(view, n)), bounds)
+
+
+def _ovals(view: View, numbers: FloatArray) -> FloatArray:
+    """Outlines (P, 4, N, 2) of ellipses (P, 5): middle and half axes, parts of the width of the
+    box, and turn; in the pixels of the view."""
+    left, top, right, _ = view.box
+    x, y, a, b = (number[:, None] * (right - left) for number in numbers[:, :4].T)
+    start, count = math.pi / 4, 4 * OUTLINE.places_count
+    angle = start + np.linspace(0, 2 * math.pi, count, endpoint=False)
+    u, v = a * np.cos(angle), b * np.sin(angle)
+    cos, sin = np.cos(numbers[:, 4:]), np.sin(numbers[:, 4:])
+    ring = np.stack([left + x + u * cos - v * sin, top + y + u * sin + v * cos], -1)
+    return ring.reshape(len(numbers), 4, OUTLINE.places_count, 2)
 
 
 def _slender(numbers: FloatArray) -> FloatArray:
@@ -190,23 +217,12 @@ class _Tops:
         """Of rectangles by their numbers (P, 5): see `rectangles_of`."""
         return self._rectangles(self.rectangles_of(numbers))
 
-    def ovals(self, numbers: FloatArray) -> FloatArray:
-        """Of ellipses (P, 5): middle and half axes, parts of the width of the box, and turn."""
-        left, top, right, _ = self.view.box
-        x, y, a, b = (number[:, None] * (right - left) for number in numbers[:, :4].T)
-        start, count = math.pi / 4, 4 * OUTLINE.places_count
-        angle = start + np.linspace(0, 2 * math.pi, count, endpoint=False)
-        u, v = a * np.cos(angle), b * np.sin(angle)
-        cos, sin = np.cos(numbers[:, 4:]), np.sin(numbers[:, 4:])
-        ring = np.stack([left + x + u * cos - v * sin, top + y + u * sin + v * cos], -1)
-        return ring.reshape(len(numbers), 4, OUTLINE.places_count, 2)
-
     def slab_of_oval(self, numbers: FloatArray, slab: Slab) -> Slab:
         """The slab that ends where what stands on a round top goes over its rim.
 
         Its corners lie beyond the rim, where nothing gets to on the way from there to a side.
         """
-        rim = self.ovals(numbers[None]).reshape(-1, 2) / self.view.factor
+        rim = _ovals(self.view, numbers[None]).reshape(-1, 2) / self.view.factor
         places = on_plane(self.camera, rim, self.top)[:, :2]
         if not np.isfinite(places).all():
             return slab

@@ -43,12 +43,13 @@ UNASKED = "by its words, nobody clicked it"
 class Shown:
     """What the picture shows by itself: an upright frame, level circles, largest first, and
 
-    painted lines, clearest first.
+    painted lines, clearest first. tops: round ones, of tables in boxes.
     """
 
     frame: Frame | None = None
     circles: tuple[Ellipse, ...] = ()
     lines: tuple[Stripe, ...] = ()
+    tops: tuple[Ellipse, ...] = ()
 
 
 def resolve(

@@ -1,7 +1,7 @@
 """The camera as the picture shows it: its cues gathered from masks, edges, names and words."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import cv2
@@ -22,6 +22,8 @@ from physagent_studio.reconstruction.photo.ellipses import Ellipse, level_circle
 from physagent_studio.reconstruction.photo.line_segments import Segments
 from physagent_studio.reconstruction.photo.regions import BoolArray
 from physagent_studio.reconstruction.supports import clicked as clicked_supports
+from physagent_studio.reconstruction.supports import seen_ends
+from physagent_studio.reconstruction.supports.boxed_tops import round_top
 from physagent_studio.reconstruction.supports.ramps import Profile, find_profile
 from physagent_studio.reconstruction.supports.stances import TOLD_NOTHING, Stance
 from physagent_studio.reconstruction.survey.frames import find_frame
@@ -96,9 +98,9 @@ class Sighting:
         return level.tilted(found)
 
     def _circles(self, state: SceneState) -> list[Ellipse]:
-        """Level circles: those that are painted, and the rims of plates, lids and coins."""
+        """Level circles: those that are painted, round tops, and the rims of plates and lids."""
         if not at_work("rims"):
-            return list(self.shown.circles)
+            return [*self.shown.circles, *self.shown.tops]
         rims: list[Ellipse] = []
         for name, stance in self.look.stances.items():
             usual = self.usual[name]
@@ -108,7 +110,7 @@ class Sighting:
             others = self.look.covered & ~self.look.masks[name]
             rim = rim_of(self.look.masks[name], others)
             rims += [] if rim is None else [without_side(rim, usual.flat)]
-        return [*self.shown.circles, *rims]
+        return [*self.shown.circles, *self.shown.tops, *rims]
 
     def _standing(self, state: SceneState, level: Levelled) -> list[camera_cues.Standing]:
         """Things of known size on level planes, a goal among them."""
@@ -270,4 +272,15 @@ def shown_in(look: Look, state: SceneState) -> Shown:
     circles = tuple(level_circles(look.image, look.covered)) if "circle" in asked else ()
     lined = any("line" in seen for mark, seen in marks if not mark.points)
     lines = tuple(painted_lines(look.image, look.covered)) if lined else ()
-    return Shown(frame, circles, lines)
+    return Shown(frame, circles, lines, tuple(_round_tops(look, state)))
+
+
+def _round_tops(look: Look, state: SceneState) -> Iterator[Ellipse]:
+    """The tops of tables in boxes that are round."""
+    for support in state.supports:
+        box, kind = support.grounding.box, kind_of(support.name)
+        is_table = support.shape is None and kind is not None and kind.surface == "level"
+        if box is not None and is_table and at_work("round tops"):
+            top = round_top(seen_ends.Shown(look.image, look.covered), box)
+            if top is not None:
+                yield top

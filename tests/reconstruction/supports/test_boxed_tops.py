@@ -11,7 +11,7 @@ import pytest
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import Slab
 from physagent_studio.reconstruction.camera.rays import on_plane
-from physagent_studio.reconstruction.supports.boxed_tops import within_box
+from physagent_studio.reconstruction.supports.boxed_tops import round_top, within_box
 from physagent_studio.reconstruction.supports.seen_ends import Shown
 
 SIZE = (640, 480)
@@ -106,3 +106,16 @@ def test_same_top_each_time():
 
 def test_no_pixels_are_no_places():
     assert on_plane(CAMERA, [], TOP).shape == (0, 3)
+
+
+def test_round_tops_tell_how_flat_they_are_seen_and_others_do_not():
+    angle = np.linspace(0, 2 * math.pi, 64, endpoint=False)
+    rim = np.array([-0.1, 2.0]) + 0.45 * np.stack([np.cos(angle), np.sin(angle)], 1)
+    pixels = seen(rim)
+    found = round_top(*pictured(rim))
+    assert found is not None
+    wide, high = np.ptp(pixels, axis=0)
+    assert found.flatness == pytest.approx(high / wide, rel=0.08)
+    assert (found.x, found.y) == pytest.approx(tuple((pixels.max(0) + pixels.min(0)) / 2), abs=6)
+    table = Slab(position=(0.05, 2.1, TOP - 0.02), size=(1.0, 0.6, 0.04))
+    assert round_top(*pictured(places_of(table))) is None

@@ -49,9 +49,8 @@ class BoxedSettings:
     min_half_ratio: float = 0.2
     max_half_ratio: float = 1.4  # 1..2: half its side across, at most
     max_deep_ratio: float = 2.7  # 1.5..4: half its side away from the camera, at most
-    middle_ratio: float = (
-        0.2  # 0.1..0.4: over a box's width: how far off its middle a round top's is
-    )
+    # 0.1..0.4: over a box's width: how far off its middle a round top's is
+    middle_ratio: float = 0.2
     max_down_ratio: float = 0.5  # 0.3..1: and how far below the upper side
     # 0.3..0.5: over a box's width: half a round top's width
     min_wide_ratio: float = 0.35
@@ -72,8 +71,11 @@ def within_box(shown: Shown, camera: Camera, slab: Slab, box: Box, standing: Flo
     box: left, top, right, bottom, pixels of the photo. standing: (N, 2) pixels of the middles of
     what stands on it.
     """
+    height = slab.position[2] + slab.size[2] / 2
+    if camera.position[2] <= height:
+        return slab  # seen from below, it has no top in the picture
     view = View.of(shown, box, standing)
-    tops = _Tops(view, camera, slab.position[2] + slab.size[2] / 2)
+    tops = _Tops(view, camera, height)
     # A top that goes on behind the camera has no outline.
     known = float(np.nan_to_num(view.worth(tops.of_slab(slab)[None]))[0])
     least = max(known + BOXED.min_gain, BOXED.min_worth)

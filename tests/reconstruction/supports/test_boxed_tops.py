@@ -46,8 +46,9 @@ def pictured(outline, legs=(), cloth=None, seed=0):
     grain = np.random.default_rng(seed).normal(0, 4, image.shape)
     image = np.clip(image + grain, 0, 255).astype(np.uint8)
     low, high = pixels.min(0), pixels.max(0)
-    box = (low[0] - 12, low[1] - 10, high[0] + 12, min(high[1] + 110, SIZE[1] - 8.0))
-    return Shown(image, np.zeros(SIZE[::-1], bool)), tuple(float(side) for side in box)
+    ends = (low[0] - 12, low[1] - 10, high[0] + 12, min(high[1] + 110, SIZE[1] - 8.0))
+    left, top, right, bottom = (float(side) for side in ends)
+    return Shown(image, np.zeros(SIZE[::-1], bool)), (left, top, right, bottom)
 
 
 def within(shown, box, slab=WRONG, standing=()):
@@ -96,6 +97,10 @@ def test_nothing_to_see_changes_nothing():
     assert within(blank, box) is WRONG
     behind = WRONG.model_copy(update={"size": (9.0, 9.0, 0.04)})
     assert within(blank, box, behind) is behind
+    # Nor is the top of what is higher than the camera seen.
+    shown, box = pictured(places_of(WRONG))
+    high = WRONG.model_copy(update={"position": (0.3, 2.0, 1.6)})
+    assert within(shown, box, high) is high
 
 
 def test_same_top_each_time():

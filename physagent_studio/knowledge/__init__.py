@@ -34,6 +34,7 @@ from physagent_studio.knowledge.things import (
     is_stairs,
     is_step,
     is_surface,
+    is_table,
     kind_of,
     kinds_in,
     material_words,

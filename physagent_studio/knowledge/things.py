@@ -139,6 +139,12 @@ def is_surface(word: str) -> bool:
     return kind is not None and bool(kind.surface) and kind.support in (None, "board")
 
 
+def is_table(name: str) -> bool:
+    """Whether a thing of that name is a table of some kind: its level top is its widest part."""
+    kind = kind_of(name)
+    return kind is not None and kind.surface == "level"
+
+
 def is_sheet(name: str) -> bool:
     """Whether a thing of that name is a cloth."""
     return is_flag(name) or _with("body", "sheet")(name)

@@ -6,7 +6,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from physagent_studio.knowledge import is_rails, is_solid, kind_of, support_kind
+from physagent_studio.knowledge import is_rails, is_solid, is_table, support_kind
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import (
     Floor,
@@ -179,10 +179,11 @@ def _in_view(
 def _boxed(
     shown: Shown, support: Support, read: Survey, stances: Mapping[str, Stance], slab: Slab
 ) -> Slab:
-    """The slab of a table that a person drew a box around, as that says where it ends."""
-    box, kind = support.grounding.box, kind_of(support.name)
-    is_table = kind is not None and kind.surface == "level"
-    if box is None or not is_table or not at_work("boxed tops"):
+    """The slab of a table that a person drew a box around, as that says where it ends, unless they
+    chose or drew its mask."""
+    mark = support.grounding
+    chosen = mark.settled or mark.candidate > 0 or bool(mark.strokes)
+    if mark.box is None or chosen or not is_table(support.name) or not at_work("boxed tops"):
         return slab
     top = slab.position[2] + slab.size[2] / 2
     bases = []
@@ -192,7 +193,7 @@ def _boxed(
             if np.isfinite(place).all():
                 place[0, 1] += stance.width / 2 * metres_per_pixel(read.camera, tuple(place[0]))
                 bases.append(read.camera.project(place)[0][0])
-    return within_box(shown, read.camera, slab, box, np.array(bases).reshape(-1, 2))
+    return within_box(shown, read.camera, slab, mark.box, np.array(bases).reshape(-1, 2))
 
 
 def _wall(camera: Camera, clicks: Sequence[tuple[float, float]]) -> Wall | None:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import cv2
 import numpy as np
 
-from physagent_studio.knowledge import Usual, is_splayed, kind_of, support_kind
+from physagent_studio.knowledge import Usual, is_splayed, is_table, kind_of, support_kind
 from physagent_studio.language import SceneHints, seen_by
 from physagent_studio.program.base import Source
 from physagent_studio.program.scene.aloft import AIR
@@ -278,9 +278,9 @@ def shown_in(look: Look, state: SceneState) -> Shown:
 def _round_tops(look: Look, state: SceneState) -> Iterator[Ellipse]:
     """The tops of tables in boxes that are round."""
     for support in state.supports:
-        box, kind = support.grounding.box, kind_of(support.name)
-        is_table = support.shape is None and kind is not None and kind.surface == "level"
-        if box is not None and is_table and at_work("round tops"):
+        box = support.grounding.box
+        open_table = support.shape is None and is_table(support.name)
+        if box is not None and open_table and at_work("round tops"):
             top = round_top(seen_ends.Shown(look.image, look.covered), box)
             if top is not None:
                 yield top

@@ -21,6 +21,7 @@ from physagent_studio.benchmark.reconstruction.cover import (
 )
 from physagent_studio.benchmark.reconstruction.lookalikes import scooter, stack
 from physagent_studio.benchmark.reconstruction.many_parts import many_part_rows
+from physagent_studio.benchmark.reconstruction.photo_holes import hole_rows
 from physagent_studio.benchmark.reconstruction.plates import plate_rows
 from physagent_studio.benchmark.reconstruction.synthetic import Drawn, TrueMasks, scene
 from physagent_studio.benchmark.rows import Row, at_least, at_most, shown
@@ -214,6 +215,7 @@ def _photographs(cases: Path) -> list[Row]:
     seconds: list[float] = []
     fallen: list[str] = []
     covers: list[Cover] = []
+    photos: list[Image] = []
     stood = 0
     for folder in sorted(cases.iterdir()):
         if not (folder / "case.yaml").is_file():
@@ -223,6 +225,7 @@ def _photographs(cases: Path) -> list[Row]:
         truth = reference_masks(folder.name, case.image.shape[:2])
         if not truth:
             continue
+        photos.append(case.image)
         clicked += _mask_scores(case.image, case.objects, truth)
         boxes = tuple((name, _boxed(grounding, truth[name])) for name, grounding in case.objects)
         boxed += _mask_scores(case.image, boxes, truth)
@@ -246,6 +249,7 @@ def _photographs(cases: Path) -> list[Row]:
         at_most("photographs, clicks: objects that move by themselves", len(fallen), 0),
         at_most("photographs: time for three objects, median", float(np.median(seconds)), 6, "s"),
         *cover_rows("photographs", covers),
+        *hole_rows(photos),
     ]
 
 

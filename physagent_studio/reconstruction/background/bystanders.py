@@ -30,7 +30,7 @@ class BystanderSettings:
     max_area_ratio: float = 0.12  # 0.02..0.4: of the picture: larger is the ground, or a wall
     min_expected_iou: float = 0.7  # IoU, 0.5..0.95: as the network's map says of itself
     edge_lab: float = 10.0  # 4..25: by which colours differ across its outline where it stands out
-    min_edge_share: float = 0.5  # 0.4..0.9: of its outline where they do
+    min_edge_share: float = 0.7  # 0.4..0.9: of its outline where they do
     # 0.03..0.6: of it that is beyond what would be taken out; where all of its outline stands out;
     # and where looks at it agree as well, unless it touches no marked thing
     min_beyond_shares: tuple[float, float, float] = (0.45, 0.25, 0.1)

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Self
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import distance_transform_edt
 
 from physagent_studio.arrays import BoolArray, FloatArray, FloatImage
+from physagent_studio.reconstruction.photo.regions import grow
+from physagent_studio.reconstruction.switches import at_work
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,6 +30,7 @@ class ToneSettings:
     darkest_percent: float = 95.0  # 80..100: of ground by its darkness: that of its pattern
     least_shade_lab: float = 15.0  # 8..30: L*, by which ground in a deep shade is darker than lit
     shade_tint_lab: float = 7.0  # 3..10: a*, b*, by which its colour may be off the lit one's
+    black_lab: float = 10.0  # 3..20: L*, below which a place shows no colour of its own
     # cosine, 0.5..1: between what a colour is off and the thing's, for light from it
     aligned_cosine: float = 0.8
 
@@ -92,7 +96,29 @@ class Tones:
             deep = np.float32(np.percentile(dark[part], TONE.darkest_percent))
             darkest = np.where(better, deep, darkest)
             glow = np.where(better, np.where(aligned, np.maximum(toward, 0), 0), glow)
-        return cls(which, darker, uneven, darkest, glow)
+        tones = cls(which, darker, uneven, darkest, glow)
+        return tones._with_black(lab, ground, parts) if at_work("black shade") else tones
+
+    def _with_black(self, lab: FloatImage, ground: BoolArray, parts: Sequence[BoolArray]) -> Self:
+        """Black places (H, W) taken for the ground beside them, in deep shade."""
+        black = lab[..., 0] < TONE.black_lab
+        soft_px = 3  # 1..6: around black places, where it is neither black nor lit
+        sure = ground & ~grow(black, soft_px) & (self.which >= 0)
+        if not (black & ground).any() or not sure.any():
+            return self
+        nearest = distance_transform_edt(~sure, return_distances=False, return_indices=True)
+        row, column = np.asarray(nearest)
+        which = self.which[row, column]
+        lit = np.stack([_lit(lab, part & ~black)[0][..., 0] for part in parts])
+        darker = np.take_along_axis(lit, which[None], 0)[0] - lab[..., 0]
+        return replace(
+            self,
+            which=np.where(black, which, self.which),
+            darker=np.where(black, darker, self.darker).astype(np.float32),
+            uneven=np.where(black, self.uneven[row, column], self.uneven),
+            darkest=np.where(black, self.darkest[row, column], self.darkest),
+            glow=np.where(black, 0, self.glow).astype(np.float32),
+        )
 
 
 def _patterned(light: FloatImage, ground: BoolArray) -> float:
@@ -106,6 +132,9 @@ def _patterned(light: FloatImage, ground: BoolArray) -> float:
 
 def parts_of(lab: FloatImage, ground: BoolArray) -> list[BoolArray]:
     """The ground (H, W) apart by colour, the largest part first."""
+    if at_work("black shade"):
+        coloured = ground & (lab[..., 0] >= TONE.black_lab)
+        ground = coloured if 2 * coloured.sum() > ground.sum() else ground
     colours = lab[ground, 1:].astype(np.float64)
     centres = [np.median(colours, 0)]
     least_share = 0.08  # 0.02..0.3: of the ground that a colour has

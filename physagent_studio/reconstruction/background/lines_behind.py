@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import cv2
 import numpy as np
@@ -28,6 +29,11 @@ class LineSettings:
     max_bend_rad: float = math.radians(5.0)  # 0.02..0.3: between two pieces of one line
     beside_px: float = 3.0  # 1..10: by which two ends may miss one another's line
     twin_px: float = 1.5  # 0.5..5: between two lines that are one
+    max_arc_rad: float = math.radians(60.0)  # 0.2..2: between the two ends of a bent line
+    uneven_arc_rad: float = math.radians(8.0)  # 0.03..0.3: by which its ends differ from an arc's
+    arc_piece_rad: float = math.radians(8.0)  # 0.02..0.3: of a straight piece of a bent line
+    alike_levels: float = 45.0  # 15..90: on either side of two pieces of one line
+    clear_levels: float = 30.0  # 10..90: between the two sides of a bent line: grass has edges too
 
 
 LINE = LineSettings()
@@ -50,7 +56,6 @@ def lines_through(
         return np.zeros((0, 2, 2))
     colours = _sides(photo, ends, ways)
     pairs = []
-    alike_levels = 45.0  # 15..90: on either side of two pieces of one line
     for i in range(len(ends)):
         for j in range(i + 1, len(ends)):
             missed = _missed(ends[i], ways[i], ends[j], ways[j])
@@ -58,7 +63,7 @@ def lines_through(
                 continue
             # Facing one another, the left of one is the right of the other.
             apart = np.abs(colours[i] - colours[j, ::-1]).mean(-1).max()
-            if apart < alike_levels and at_work("straight lines"):
+            if apart < LINE.alike_levels and at_work("straight lines"):
                 pairs.append((missed + apart / 8, i, j))
     taken: set[int] = set()
     out = []
@@ -66,6 +71,7 @@ def lines_through(
         if i not in taken and j not in taken:
             taken |= {i, j}
             out.append((ends[i], ends[j]))
+    bent = _bent(hole, ends, ways, colours, taken) if at_work("bent lines") else []
     lengths = _lengths(ends, found)
     rest = np.array([k for k in range(len(ends)) if k not in taken], int)
     straight = np.zeros((0, 2, 2))
@@ -74,10 +80,64 @@ def lines_through(
         cut = to_border(photo, ends[rest], ways[rest], lengths[rest], hole)
         straight = np.concatenate([straight, cut])
     lines = np.concatenate([np.array(out).reshape(-1, 2, 2), straight])
-    return (
-        lines
-        if whole is None or not at_work("lines from beside")
-        else _from_beside(lines, whole, ends, ways, lengths)
+    if whole is not None and at_work("lines from beside"):
+        lines = _from_beside(lines, whole, ends, ways, lengths)
+    return np.concatenate([lines, *bent])
+
+
+def _bent(
+    hole: BoolArray, ends: FloatArray, ways: FloatArray, colours: FloatArray, taken: set[int]
+) -> list[FloatArray]:
+    """Lines (n, 2, 2) each, pixels, along arcs that join two edges across the hole (H, W).
+
+    ends, ways: (E, 2) as `_heading_in` gives them. colours: (E, 2, 3) left and right of them.
+    taken: the edges that are joined already; those joined here are added.
+    """
+    pairs = []
+    clear = np.abs(colours[:, 0] - colours[:, 1]).mean(-1) > LINE.clear_levels
+    for i in np.flatnonzero(clear):
+        for j in np.flatnonzero(clear[:i]):
+            turns = _arc(ends[i], ways[i], ends[j], ways[j])
+            apart = np.abs(colours[i] - colours[j, ::-1]).mean(-1).max()
+            if i in taken or j in taken or turns is None or apart > LINE.alike_levels:
+                continue
+            spots = _on_arc(ends[i], ends[j], (turns[0] + turns[1]) / 2)
+            if all(_within(hole, *piece) for piece in pairwise(spots)):
+                uneven = math.degrees(abs(turns[0] - turns[1]))
+                pairs.append((uneven + apart / 8, i, j, spots))
+    out = []
+    for _, i, j, spots in sorted(pairs, key=lambda pair: pair[:3]):
+        if i not in taken and j not in taken:
+            taken |= {i, j}
+            out.append(np.stack([spots[:-1], spots[1:]], 1))
+    return out
+
+
+def _arc(p: FloatArray, u: FloatArray, q: FloatArray, v: FloatArray) -> tuple[float, float] | None:
+    """By how much a line that leaves p along u and comes to q against v turns before and after it
+    goes straight from p to q, rad; None where that is no arc."""
+    gap = q - p
+    if float(np.linalg.norm(gap)) < 4 or gap @ u <= 0 or gap @ v >= 0:
+        return None
+    before = math.atan2(u[0] * gap[1] - u[1] * gap[0], float(u @ gap))
+    after = math.atan2(gap[1] * v[0] - gap[0] * v[1], float(-(gap @ v)))
+    if abs(before + after) > LINE.max_arc_rad or abs(before - after) > LINE.uneven_arc_rad:
+        return None
+    return before, after
+
+
+def _on_arc(p: FloatArray, q: FloatArray, half: float) -> FloatArray:
+    """Spots (n, 2) along an arc from p to q that turns by `half` until it runs along the chord."""
+    count = max(1, math.ceil(abs(2 * half) / LINE.arc_piece_rad))
+    if abs(half) < 1e-3:
+        return np.stack([p, q])
+    gap = q - p
+    # The centre lies beside the middle of the chord; from there the arc is a turn.
+    centre = (p + q) / 2 + np.array([-gap[1], gap[0]]) / (2 * math.tan(half))
+    turns = np.linspace(0, 2 * half, count + 1)
+    x, y = p - centre
+    return centre + np.stack(
+        [np.cos(turns) * x - np.sin(turns) * y, np.sin(turns) * x + np.cos(turns) * y], 1
     )
 
 

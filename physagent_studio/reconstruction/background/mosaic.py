@@ -39,7 +39,8 @@ class MosaicSettings:
 
     max_places: int = 3200  # count, 500..10000: on which pieces are chosen
     max_copies: int = 40  # count, 10..100: that are weighed against one another
-    max_smooth_price: float = 75.0  # price, 20..300: of the smooth fill, however rough the photo is
+    # price, 20..300: of the smooth fill, however rough the photo is
+    max_smooth_price: float = 110.0
     # 0.1..2: of the hole's extent, by which copies are shifted along lines
     along_shares: tuple[float, float, float] = (0.3, 0.6, 1.05)
     rim_factor: float = 3.0  # 1..10: of a mismatch at the rim beside one at a seam
@@ -57,7 +58,7 @@ class MosaicSettings:
     # price, 10..200: of what is copied over a line: it is part of something else
     beyond_price: float = 60.0
     # 0.5..5: of the photo's roughness beside, for the price of the smooth fill
-    smooth_factor: float = 2.0
+    smooth_factor: float = 3.0
     unusual_factor: float = 3.0  # 1.5..10: of what is usual around, for a thing that stands out
     # price, 40..600: of what is copied from another face of a table or ramp that the picture shows
     other_face_price: float = 250.0

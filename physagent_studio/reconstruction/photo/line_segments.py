@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physagent_studio.arrays import FloatArray
+from physagent_studio.reconstruction.switches import at_work
 from physagent_studio.records.case import Image
 
 
@@ -38,13 +39,23 @@ def segments(image: Image, shortest: float = 0.03) -> Segments:
 
 
 def with_hues(image: Image, found: Segments, shortest: float = 0.03) -> Segments:
-    """The same and the edges at which colour changes and lightness does not: wood before brick."""
+    """The same and the edges at which colour changes and lightness does not: wood before brick.
+
+    Also those of the softened picture: grain breaks edges to pieces.
+    """
     lab = cv2.cvtColor(image, cv2.COLOR_RGB2LAB)
     every = [found]
     colour_gain = 3.0  # factor, 1..6: a* and b* vary less than lightness does
-    for hue in (lab[..., 1], lab[..., 2]):
-        plane = cv2.GaussianBlur((hue.astype(np.float32) - 128) * colour_gain + 128, (0, 0), 1.0)
-        new = _in_plane(image, np.clip(np.round(plane), 0, 255).astype(np.uint8), shortest)
+    planes = [
+        (image, cv2.GaussianBlur((hue.astype(np.float32) - 128) * colour_gain + 128, (0, 0), 1.0))
+        for hue in (lab[..., 1], lab[..., 2])
+    ]
+    if at_work("edges in grain"):
+        grain_px = 2.0  # 1..4: spread of the blur in which grain is lost
+        soft = np.asarray(cv2.GaussianBlur(image, (0, 0), grain_px), np.uint8)
+        planes.append((soft, cv2.cvtColor(soft, cv2.COLOR_RGB2GRAY)))
+    for picture, plane in planes:
+        new = _in_plane(picture, np.clip(np.round(plane), 0, 255).astype(np.uint8), shortest)
         known = np.concatenate([one.ends for one in every])
         fresh = np.array([not _runs_along(edge, known) for edge in new.ends], bool)
         every.append(new.only(fresh))

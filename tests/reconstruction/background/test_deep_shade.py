@@ -57,3 +57,25 @@ def test_what_is_dark_and_goes_on_is_no_shade(seed: int) -> None:
     seen[ball] = (225, 200, 40)
     hole, _ = taken_out(np.clip(seen, 0, 255).astype(np.uint8), [ball])
     assert hole[hedge & (x > 240)].mean() < 0.1
+
+
+def court(seed: int) -> tuple[Image, np.ndarray, np.ndarray]:
+    """Sunny ground of two colours with a white line between (H, W, 3), its rows and columns."""
+    noise = np.random.default_rng(seed).normal(0, 8, SIZE)[..., None]
+    y, x = np.indices(SIZE)
+    across = y - 120 - 0.4 * x
+    colours = np.where((across > 0)[..., None], (190.0, 88, 42), (96.0, 100, 98))
+    colours = np.where((np.abs(across) < 9)[..., None], 245.0, colours)
+    return np.clip(colours + noise, 0, 255).astype(np.uint8), y, x
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_black_shade_is_that_of_the_ground_beside_it(seed: int) -> None:
+    photo, y, x = court(seed)
+    ball = (x - 130) ** 2 + (y - 185) ** 2 < 38**2
+    shadow = ((x - 128) / 34) ** 2 + ((y - 232) / 40) ** 2 < 1
+    seen = photo * np.where(shadow[..., None], 0.09, 1.0)
+    seen[ball] = (215, 90, 40)
+    hole, _ = taken_out(np.clip(seen, 0, 255).astype(np.uint8), [ball])
+    assert hole[shadow & ~ball].mean() > 0.95
+    assert hole[:, 260:].mean() < 0.02

@@ -7,6 +7,7 @@ import pytest
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.reconstruction.background.edges_onward import onward
 from physagent_studio.reconstruction.background.edges_through import drawn, seen_beside
+from physagent_studio.reconstruction.background.lines_behind import lines_through
 from physagent_studio.reconstruction.background.mosaic import bent_price
 from physagent_studio.reconstruction.background.plate import hole_of
 from physagent_studio.reconstruction.background.poisson_blend import joined, sources
@@ -148,3 +149,36 @@ def test_where_the_smooth_fill_meets_a_copy_there_is_no_edge():
     copies = [shift(-40.0, 0.0), None]
     out = joined(part, missing, missing, label, copies, smooth)
     assert np.abs(np.diff(out[40:80, 55:105], axis=1)).max() < 10
+
+
+@pytest.fixture(scope="module")
+def rug() -> np.ndarray:
+    """A round rug on a floor, (H, W, 3), as if seen through grain."""
+    y, x = np.indices(SHAPE)
+    inside = np.hypot(x - 180, (y - 330) * 1.2) < 230
+    colours = np.where(inside[..., None], (60.0, 90, 140), (190.0, 170, 140))
+    return cv2.GaussianBlur(colours, (0, 0), 0.7)
+
+
+def test_an_edge_that_bends_goes_on_in_an_arc(rug):
+    photo = _rgb(rug + _noise(2))
+    hole = _ball((180, 138), 40)
+    photo[hole] = (200, 40, 40)
+    lines = lines_through(photo, hole, with_hues(photo, segments(photo)))
+    chains = Structure(lines).chains()
+    assert [len(chain) > 1 for chain in chains] == [True]
+    off = np.hypot(chains[0][..., 0] - 180, (chains[0][..., 1] - 330) * 1.2) - 230
+    assert np.abs(off).max() < 6
+
+
+def test_edges_are_found_in_grain():
+    y, x = np.indices(SHAPE)
+    upper = y < 100 + 0.3 * x
+    rough = np.random.default_rng(2).normal(0, 30, SHAPE)[..., None].repeat(3, -1)
+    photo = _rgb(np.where(upper[..., None], 190.0, 110.0) + rough)
+
+    def long(found: np.ndarray) -> float:
+        off = np.abs(found[..., 1] - 100 - 0.3 * found[..., 0]).max(1)
+        return float(np.ptp(found[off < 4, :, 0], axis=1).sum())
+
+    assert long(segments(photo).ends) < 200 < long(with_hues(photo, segments(photo)).ends)

@@ -81,6 +81,10 @@ def leaves(statement: statements.Leaves, facts: Facts, window: Window) -> Outcom
     """Has touched, and at the end does so no more; while it fails, how far it has shifted."""
     touching = facts.touching(statement.subject, statement.other, window)
     track = facts.track(statement.subject, window)
+    item = facts.program.scene.object(statement.subject)
+    if item is not None and getattr(item.body, "pinned", "none") != "none":
+        note = "it is held where it stands"
+        return Outcome(-1.0, None, None, "", "", window.last, note, lasting=True)
     if not touching.any():
         gaps = facts.gaps(statement.subject, statement.other, window)
         away = max(float(gaps.min()), 0.0) if gaps is not None else track.size

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from physagent_studio.program.scene.bodies import Soft
 from physagent_studio.program.scene.state import Box, SceneObject
 
 SIDE = (1, 0, 0)
@@ -92,6 +93,16 @@ def test_leaves_is_for_good(stage, time):
     assert check.step == 31
     stage.touch("cube", "floor", range(90, 101))
     assert not stage.check("leaves", subject="cube", other="floor").ok
+
+
+def test_what_is_held_leaves_nothing(stage, time):
+    stage.path("cube", z=0.1 + np.maximum(0, time - 0.3)).touch("cube", "floor", range(31))
+    assert stage.check("leaves", subject="cube", other="floor").ok
+    held = Soft(young=2e4, pinned="bottom")
+    stage.objects["cube"] = stage.objects["cube"].model_copy(update={"body": held})
+    check = stage.check("leaves", subject="cube", other="floor")
+    assert not check.ok
+    assert "held where it stands" in check.text
 
 
 def test_leaves_needs_to_have_touched(stage):

@@ -64,14 +64,16 @@ def _body(frame: EventFrame, name: str, layout: Layout) -> Body | None:
         return Granular(grains=grains_count, cohesion=0.01)
     if sense in ("collapse", "break", "crush"):
         return Breakable(cuts=(3, 1, 3), release_impulse=round(_blow(frame, name, layout), 4))
+    # What the wind takes off a thing is not held to it.
+    freed = sense == "wind" and (frame.place("off", "from") or "carried" in frame.manner)
     flag_m = 0.0008  # 0.0003..0.003: thick: of fabric that is 200 g/m², as bunting weighs
     if sense in ("wind", "sway", "bend") and is_flag(name):
         # It streams away from its pole, which is where the wind comes from.
         side = "right" if frame.direction == "left" else "left"
-        return Cloth(pinned=side, thickness=flag_m)
+        return Cloth(pinned="none" if freed else side, thickness=flag_m)
     if sense in ("wind", "sway", "bend") and is_sheet(name):
-        return Cloth(pinned="top")
-    if sense in ("wind", "sway", "bend", "lean") and grows(name):
+        return Cloth(pinned="none" if freed else "top")
+    if sense in ("wind", "sway", "bend", "lean") and grows(name) and not freed:
         return _plant(name, layout)
     pliant_pa = 2e4  # 5e3..1e5: as jelly and soft foam: what is told to behave like them
     pressed_pa = 6e4  # 2e4..2e5: of the same where a hand presses it: softer, it sags for good

@@ -7,6 +7,8 @@ from physagent_studio.language.frames import EventFrame, Place, Relation
 
 _GOES = ("move", "roll", "slide", "fly", "drift", "leave")
 _GIVES_WAY = ("topple", "fall", "tip_over", "collapse", "flip")
+_GOES_OVER = ("topple", "tip_over")
+_SIDES = ("left", "right")
 _TO = ("toward", "into", "against", "at")
 
 
@@ -18,7 +20,7 @@ def with_blows(frames: list[EventFrame]) -> list[EventFrame]:
     the blow where it only goes in that direction, or where several are spoken of.
     """
     found: list[EventFrame] = []
-    frames = _off_its_support(frames)
+    frames = _with_the_wind(_off_its_support(frames))
     for frame, after in zip_longest(frames, frames[1:]):
         aim = None if after is None else _aim(frame, after)
         if aim is None or after is None:
@@ -30,6 +32,21 @@ def with_blows(frames: list[EventFrame]) -> list[EventFrame]:
             EventFrame("hit", frame.clause, after.patient, frame.patient, as_one=several,
                        link=frame.link)
         )  # fmt: skip
+    return found
+
+
+def _with_the_wind(frames: list[EventFrame]) -> list[EventFrame]:
+    """ "The wind tugs the balloon to the right and the chair topples over": the same way."""
+    found: list[EventFrame] = []
+    way = None
+    for frame in frames:
+        by_itself = not (frame.agent or frame.negated or frame.direction or frame.places)
+        if frame.sense == "wind" and {frame.direction, frame.origin} & {*_SIDES}:
+            # What comes from the left goes to the right, and so its origin is written.
+            way = frame.direction or frame.origin
+        elif way is not None and by_itself and frame.sense in _GOES_OVER:
+            frame = replace(frame, direction=way)
+        found.append(frame)
     return found
 
 

@@ -6,6 +6,8 @@ import pytest
 
 from physagent_studio.agent.rules import RuleGenerator
 from physagent_studio.contract import measure
+from physagent_studio.language import inventory, read
+from physagent_studio.program import Grounding
 from physagent_studio.program.scene.state import Box, Frustum, Slab
 from physagent_studio.simulation import simulate
 from tests.agent.rules.scenes import Stage
@@ -50,3 +52,21 @@ def test_a_pot_is_blown_off_its_table() -> None:
     assert told
     moved = rollout.positions[-1, 0] - rollout.positions[0, 0]
     assert abs(moved[0]) > 0.05
+
+
+@pytest.mark.parametrize(
+    ("prompt", "way"),
+    [
+        ("The wind blows the flag to the right and the potted plant topples over.", "right"),
+        ("A gust from the right moves the flag, and the potted plant tips over.", "left"),
+        (
+            "The wind blows the flag to the right and the potted plant tips over to the left.",
+            "left",
+        ),
+        ("The wind moves the flag and the potted plant topples over.", None),
+    ],
+)
+def test_what_goes_over_in_the_wind_goes_its_way(prompt: str, way: str | None) -> None:
+    things = [("flag", Grounding()), ("potted_plant", Grounding())]
+    frame = next(f for f in read(prompt, inventory(things)).frames if f.sense == "topple")
+    assert (frame.direction or frame.origin) == way

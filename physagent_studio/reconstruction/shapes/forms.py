@@ -264,9 +264,10 @@ def inflated_form(
     x0, y0, x1, y1 = bounds(mask)
     natural = natural_depth(mask)
     depth = usual.depth * (x1 - x0) if usual.depth else natural
-    flat_sided = usual.drives or depth > FORM.min_straight_ratio * natural
-    straight = at_work("straight inflated") and (
-        "box" in usual.shapes or (usual.depth is not None and flat_sided)
+    straight = (
+        at_work("straight inflated")
+        and usual.depth is not None
+        and (usual.drives or depth > FORM.min_straight_ratio * natural)
     )
     # A usual depth of what swells is that behind its front, and of what is about as deep as wide
     # one foot may stand before the other: neither tells how it is turned.

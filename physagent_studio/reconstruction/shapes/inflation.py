@@ -19,7 +19,7 @@ from physagent_studio.program.scene.state import Inflated
 from physagent_studio.reconstruction.camera.rays import depth_of, on_plane, on_upright_through
 from physagent_studio.reconstruction.photo.regions import BoolArray, bounds
 from physagent_studio.reconstruction.shapes.footing import across_the_feet, levelled
-from physagent_studio.reconstruction.shapes.legs import split_legs, thin_legs
+from physagent_studio.reconstruction.shapes.legs import several_rows, split_legs, thin_legs
 from physagent_studio.reconstruction.shapes.meshes import one_surface, volume_and_centre
 from physagent_studio.reconstruction.shapes.prisms import plan_of, prism_mesh
 from physagent_studio.reconstruction.shapes.sheets import (
@@ -204,7 +204,9 @@ def _on_legs(
             leg = _down_to(leg, ground)
             x0, _, x1, _ = bounds(leg)
             own = min(0.5 * (x1 - x0), max_post_share * half)
-        for side in (-1.0, 1.0):
+        # Where more than two are seen, those behind are among them.
+        sides = (0.0,) if plane.sight and several_rows(legs) else (-1.0, 1.0)
+        for side in sides:
             parts.append(plane.standing(leg, own, shift + side * (half - own)))
     vertices, faces = one_surface(parts)
     return vertices, faces.astype(np.int64)

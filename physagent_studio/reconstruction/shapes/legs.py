@@ -27,6 +27,7 @@ class SplitSettings:
     thin_share: float = 0.35  # 0.1..0.6: of half a body's depth, that half a leg is wide at most
     # 0.05..0.4: of half the depth over the width, from which on it stands on more than one row
     min_deep_ratio: float = 0.15
+    several_share: float = 0.3  # 0.1..0.7: of its rows, in which more than two legs are seen
 
 
 SPLIT = SplitSettings()
@@ -87,6 +88,14 @@ def thin_legs(mask: BoolArray, half: float) -> tuple[BoolArray, list[BoolArray]]
         return mask, []
     into = max(2, reach // 2)
     return mask & ~np.any(legs, axis=0), [grow(leg, into) & mask for leg in legs]
+
+
+def several_rows(legs: list[BoolArray]) -> bool:
+    """Whether legs (H, W) are seen that stand behind the front ones: more than two side by side."""
+    below = np.any(legs, axis=0)
+    rows = below[below.any(1)]
+    runs = (np.diff(np.pad(rows, ((0, 0), (1, 1))).astype(np.int8), axis=1) == 1).sum(1)
+    return bool((runs > 2).mean() > SPLIT.several_share)
 
 
 def _opening(mask: BoolArray, box: tuple[int, int, int, int]) -> int | None:

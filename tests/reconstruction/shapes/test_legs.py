@@ -9,7 +9,7 @@ from physagent_studio.benchmark.physics.scenes import ground, program, thing
 from physagent_studio.program.actions import SetVelocity
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import Inflated, Sphere
-from physagent_studio.reconstruction.shapes.inflation import inflated_mesh
+from physagent_studio.reconstruction.shapes.inflation import inflated_mesh, seen_mesh
 from physagent_studio.reconstruction.shapes.legs import split_legs
 from physagent_studio.reconstruction.shapes.meshes import volume_and_centre
 from physagent_studio.simulation import simulate
@@ -62,6 +62,17 @@ def test_a_stool_seen_from_above_stands_on_the_legs_behind_as_well():
     mesh = inflated_mesh(mask, _camera(), Inflated(size=(1.2, 0.7, 0.6)))
     low = mesh.vertices[mesh.vertices[:, 2] < mesh.vertices[:, 2].min() + 0.02]
     assert np.ptp(low[:, 0]) > 0.9
+
+
+@pytest.mark.parametrize(("legs", "rows"), [((100, 220), 2), ((100, 160, 220), 1)])
+def test_what_is_drawn_has_legs_behind_unless_the_photo_shows_them(legs, rows):
+    mask = _table(legs, 10) & (abs(COLUMNS - 160) < 70)
+    mask |= (abs(ROWS - 70) < 40) & (abs(COLUMNS - 160) < 70)
+    camera, shape = _camera(), Inflated(size=(1.0, 0.8, 1.0), straight=True)
+    body = inflated_mesh(mask, camera, shape).vertices + np.array([0, 3.0, 0.5])
+    vertices, _ = seen_mesh(mask, camera, shape, body)
+    low = np.sort(vertices[camera.project(vertices)[0][:, 1] > 150, 1])
+    assert 1 + (np.diff(low) > 0.2).sum() == rows
 
 
 def test_a_table_on_two_seen_legs_stands_on_four_and_a_ball_rolls_under_it_either_way():

@@ -99,6 +99,7 @@ BODIES = {
     "bodies without parts": "what stands off a body does not make it wider",
     "stems": "parts beside the body are drawn with it",
     "threads": "what hangs takes its thread along",
+    "strings below": "what is lighter than air takes its string along",
     "alike kinds": "things of one name have one kind of form",
     "depenetration": "what stands in another is moved away",
     "flats": "what balances on its end gets flats",

@@ -1,7 +1,8 @@
 """The thread, cord or chain by which a thing is seen to hang: a thin line straight up from it.
 
 A thing that swings takes its thread along, and swings about the upper end of it; left in the
-background, the thread would stay where it was. It weighs nothing and runs into nothing.
+background, the thread would stay where it was. It weighs nothing and runs into nothing. What is
+lighter than air has its string below.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physagent_studio.arrays import FloatArray
+from physagent_studio.knowledge import kind_of
 from physagent_studio.program.rotations import matrix_of
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import SceneObject, SceneState
@@ -31,12 +33,15 @@ class ThreadSettings:
     """What is taken for a thread."""
 
     max_width_share: float = 0.12  # 0.05..0.25: of the thing's width; wider, it is a part of it
+    width_shares: tuple[float, ...] = (1.0, 0.25)  # 0.1..1: of that, for which lines are looked for
     min_length_share: float = 0.35  # 0.2..1: of the thing's height; shorter, it is its stem
     min_contrast: float = 8.0  # grey levels, 4..20: by which it stands out of both its sides
     noise_ratio: float = 2.0  # 1.5..4: the same, over what the sides differ by among themselves
     middle_share: float = 0.25  # 0.1..0.5: of the width, that it begins off the middle by at most
     cap_share: float = 0.25  # 0.1..0.5: of its height: a cap or a hook between it and the thread
-    max_gap_px: int = 4  # 1..10: of rows in which it is not seen
+    # 0..1: of that, above it, from where a thread is followed; the longest is taken
+    start_shares: tuple[float, ...] = (0.0, 0.25, 0.5, 0.75)
+    max_gap_px: int = 9  # 1..20: of rows in which it is not seen
     max_lean_px: int = 1  # 1..3: from row to row
     rim_px: int = 2  # 1..4: beside it, where its colour has run into the background
 
@@ -60,13 +65,23 @@ class Thread:
 def threads_of(
     image: Image, masks: Mapping[str, BoolArray], state: SceneState, dropping: Collection[str]
 ) -> dict[str, Thread]:
-    """By which threads things that hang are seen to hang; what drops leaves its thread there."""
+    """By which threads things that hang are seen to hang; what drops leaves its thread there.
+
+    What is lighter than air has its own below.
+    """
     found = {}
     for item in state.objects:
-        if item.aloft == "hangs" and item.name in masks and item.name not in dropping:
-            taken = np.any([mask & (name != item.name) for name, mask in masks.items()], axis=0)
-            if (thread := thread_above(image, masks[item.name], taken)) is not None:
-                found[item.name] = thread
+        if item.name not in masks or item.name in dropping:
+            continue
+        taken = np.any([mask & (name != item.name) for name, mask in masks.items()], axis=0)
+        kind = kind_of(item.name)
+        thread = None
+        if kind is not None and kind.buoyant and item.aloft is not None:
+            thread = thread_below(image, masks[item.name], taken)
+        elif item.aloft == "hangs":
+            thread = thread_above(image, masks[item.name], taken)
+        if thread is not None:
+            found[item.name] = thread
     return found
 
 
@@ -80,8 +95,9 @@ def hung(
         thread = threads.get(item.name)
         if thread is not None and item.name in out and item.position is not None:
             out[item.name] = with_thread(out[item.name], item, camera, thread)
-            length = item.tether or round(length_of(thread, item, camera), 4)
-            item = item.model_copy(update={"tether": length})
+            if thread.top[1] < thread.foot[1]:
+                length = item.tether or round(length_of(thread, item, camera), 4)
+                item = item.model_copy(update={"tether": length})
         items.append(item)
     return state.model_copy(update={"objects": tuple(items)}), out
 
@@ -96,10 +112,15 @@ def thread_above(image: Image, mask: BoolArray, taken: BoolArray) -> Thread | No
     x0, y0, x1, y1 = bounds(mask)
     widest = max(int(THREAD.max_width_share * (x1 - x0)), 3)
     grey = cv2.cvtColor(image, cv2.COLOR_RGB2GRAY).astype(np.float32)
-    ridges = np.where(taken, 0.0, _ridges(grey, widest))
+    # Threads are as wide as stems, or mere lines.
+    lines = [_ridges(grey, max(round(share * widest), 3)) for share in THREAD.width_shares]
+    ridges = np.where(taken, 0.0, np.max(lines, axis=0))
     middle = float(np.flatnonzero(mask[y0]).mean())
     reach, cap = THREAD.middle_share * (x1 - x0), THREAD.cap_share * (y1 - y0)
-    rows, columns = _followed(ridges, middle, y0, max(int(reach), 2), cap)
+    # A knot or the end of a bow beside it may be seen first.
+    starts = [y0 - round(share * cap) for share in THREAD.start_shares]
+    traces = [_followed(ridges, middle, row, max(int(reach), 2), cap) for row in starts]
+    rows, columns = max(traces, key=lambda trace: len(trace[0]))
     if not len(rows) or y0 - rows[-1] < THREAD.min_length_share * (y1 - y0):
         return None
     wide = _width(grey, rows, columns, widest)
@@ -116,6 +137,26 @@ def thread_above(image: Image, mask: BoolArray, taken: BoolArray) -> Thread | No
         ends[1],
         float(wide),
         image[rows, columns],
+    )
+
+
+def thread_below(image: Image, mask: BoolArray, taken: BoolArray) -> Thread | None:
+    """The string that hangs from a thing of this mask (H, W), as `thread_above` gives a thread; its
+    top is its lower end."""
+    over = [np.ascontiguousarray(what[::-1]) for what in (image, mask, taken)]
+    found = thread_above(np.asarray(over[0], np.uint8), over[1] > 0, over[2] > 0)
+    if found is None or not at_work("strings below"):
+        return None
+    rows, foot, top = len(mask), np.array(found.foot), np.array(found.top)
+    # From within the body, whose drawn outline may leave a knot out: what hides it is before it.
+    _, y0, _, y1 = bounds(mask)
+    foot += THREAD.cap_share * (y1 - y0) / max(foot[1] - top[1], 1.0) * (foot - top)
+    return replace(
+        found,
+        area=found.area[::-1],
+        core=found.core[::-1],
+        foot=(float(foot[0]), float(rows - foot[1])),
+        top=(float(top[0]), float(rows - top[1])),
     )
 
 

@@ -10,7 +10,7 @@ import pytest
 
 from physagent_studio.program.scene.state import Click, Grounding, SceneObject, SceneState
 from physagent_studio.reconstruction import photo_hash, reconstruct
-from physagent_studio.reconstruction.shapes.threads import thread_above
+from physagent_studio.reconstruction.shapes.threads import thread_above, thread_below
 from physagent_studio.records.case import Case
 from physagent_studio.records.scene import Scene
 from physagent_studio.rendering.compositor import Compositor
@@ -106,3 +106,31 @@ def test_what_drops_leaves_its_thread_behind() -> None:
     assert item.tether is None
     assert scene.plate is not None
     assert np.abs(scene.plate[60, 200].astype(float) - (60, 55, 50)).max() < 25
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_balloon_takes_the_string_below_it_along(seed: int) -> None:
+    image, mask = (np.ascontiguousarray(what[::-1]) for what in picture(seed))
+    found = thread_below(image, mask, np.zeros_like(mask))
+    assert found is not None
+    # It begins within the balloon.
+    assert 130 < found.foot[1] < 152
+    assert abs(found.top[1] - 280) < 6
+    assert not (found.area & mask).any()
+    assert found.area[160:275].any(1).all()
+    assert not found.area[:150].any()
+
+
+def test_the_string_of_a_balloon_is_drawn_with_it_and_holds_nothing() -> None:
+    image, _ = (np.ascontiguousarray(what[::-1]) for what in picture(3))
+    grounding = Grounding(points=(Click(x=200, y=129),))
+    told = "The balloon rises out of the picture."
+    case = Case("t", image, photo_hash(image), (("balloon", grounding),), (), (), told)
+    item = SceneObject(name="balloon", grounding=grounding, support="air", aloft="hangs")
+    scene = reconstruct(case, SceneState(objects=(item,)))
+    assert scene.state.objects[0].tether is None
+    assert scene.masks["balloon"][200:260, 195:206].any(1).all()
+    assert scene.plate is not None
+    string = scene.plate[190:270, 198:203].astype(float).mean((0, 1))
+    beside = scene.plate[190:270, 150:190].astype(float).mean((0, 1))
+    assert np.abs(string - beside).max() < 12

@@ -222,10 +222,10 @@ def _photographs(cases: Path) -> list[Row]:
             continue
         case = load_case(folder)
         assert case.image is not None
+        photos.append(case.image)
         truth = reference_masks(folder.name, case.image.shape[:2])
         if not truth:
             continue
-        photos.append(case.image)
         clicked += _mask_scores(case.image, case.objects, truth)
         boxes = tuple((name, _boxed(grounding, truth[name])) for name, grounding in case.objects)
         boxed += _mask_scores(case.image, boxes, truth)

@@ -13,7 +13,7 @@ from physagent_studio.arrays import BoolArray
 from physagent_studio.benchmark.rows import Row, at_most
 from physagent_studio.reconstruction.background.lines_behind import each_once, lines_through
 from physagent_studio.reconstruction.background.plate import fill
-from physagent_studio.reconstruction.photo.line_segments import segments, with_hues
+from physagent_studio.reconstruction.photo.line_segments import segments, with_grain, with_hues
 from physagent_studio.records.case import Image
 
 HOLES = 3
@@ -44,8 +44,8 @@ def holes_of(photo: Image, seed: int) -> list[tuple[Image, BoolArray]]:
 
 def filled(photo: Image, hole: BoolArray) -> Image:
     """The photo (H, W, 3), its hole (H, W) filled as a background is."""
-    lines = each_once(lines_through(photo, hole, with_hues(photo, segments(photo))))
-    return fill(photo, hole, lines)
+    found = with_grain(photo, with_hues(photo, segments(photo)))
+    return fill(photo, hole, each_once(lines_through(photo, hole, found)))
 
 
 def hole_rows(photos: Iterable[Image]) -> list[Row]:

@@ -104,7 +104,9 @@ class Tones:
         black = lab[..., 0] < TONE.black_lab
         soft_px = 3  # 1..6: around black places, where it is neither black nor lit
         sure = ground & ~grow(black, soft_px) & (self.which >= 0)
-        if not (black & ground).any() or not sure.any():
+        count = np.count_nonzero(black & ground)
+        # Where most of the ground is black, that is its own colour.
+        if not count or 2 * count > np.count_nonzero(ground) or not sure.any():
             return self
         nearest = distance_transform_edt(~sure, return_distances=False, return_indices=True)
         row, column = np.asarray(nearest)

@@ -128,9 +128,9 @@ def _arc(p: FloatArray, u: FloatArray, q: FloatArray, v: FloatArray) -> tuple[fl
 
 def _on_arc(p: FloatArray, q: FloatArray, half: float) -> FloatArray:
     """Spots (n, 2) along an arc from p to q that turns by `half` until it runs along the chord."""
-    count = max(1, math.ceil(abs(2 * half) / LINE.arc_piece_rad))
     if abs(half) < 1e-3:
         return np.stack([p, q])
+    count = math.ceil(abs(2 * half) / LINE.arc_piece_rad)
     gap = q - p
     # The centre lies beside the middle of the chord; from there the arc is a turn.
     centre = (p + q) / 2 + np.array([-gap[1], gap[0]]) / (2 * math.tan(half))

@@ -38,7 +38,7 @@ from physagent_studio.reconstruction.background.shift_map import shift, to_level
 from physagent_studio.reconstruction.background.soft_outlines import soft_width
 from physagent_studio.reconstruction.background.structure import Structure
 from physagent_studio.reconstruction.background.surfaces import SURFACE, surfaces
-from physagent_studio.reconstruction.photo.line_segments import Segments, with_hues
+from physagent_studio.reconstruction.photo.line_segments import Segments, with_grain, with_hues
 from physagent_studio.reconstruction.photo.regions import BoolArray, bounds, grow, shrink
 from physagent_studio.reconstruction.switches import at_work
 from physagent_studio.records.case import Image
@@ -71,7 +71,7 @@ def background(
     faces, lines = None, NO_LINES
     if camera is not None and at_work("faces"):
         faces = surfaces(photo, hole_of(masks, photo.shape[:2]), camera, solid)
-    found = None if found is None else with_hues(photo, found)
+    found = None if found is None else with_grain(photo, with_hues(photo, found))
     edges = np.zeros(photo.shape[:2], bool)
     if camera is not None and faces is not None and at_work("dimmed ground"):
         light = _shade_of(photo, _loose(masks, [*rooted, *aloft]), camera, faces)

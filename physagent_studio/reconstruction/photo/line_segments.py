@@ -39,28 +39,30 @@ def segments(image: Image, shortest: float = 0.03) -> Segments:
 
 
 def with_hues(image: Image, found: Segments, shortest: float = 0.03) -> Segments:
-    """The same and the edges at which colour changes and lightness does not: wood before brick.
-
-    Also those of the softened picture: grain breaks edges to pieces.
-    """
+    """The same and the edges at which colour changes and lightness does not: wood before brick."""
     lab = cv2.cvtColor(image, cv2.COLOR_RGB2LAB)
-    every = [found]
     colour_gain = 3.0  # factor, 1..6: a* and b* vary less than lightness does
-    planes = [
-        (image, cv2.GaussianBlur((hue.astype(np.float32) - 128) * colour_gain + 128, (0, 0), 1.0))
-        for hue in (lab[..., 1], lab[..., 2])
-    ]
-    if at_work("edges in grain"):
-        grain_px = 2.0  # 1..4: spread of the blur in which grain is lost
-        soft = np.asarray(cv2.GaussianBlur(image, (0, 0), grain_px), np.uint8)
-        planes.append((soft, cv2.cvtColor(soft, cv2.COLOR_RGB2GRAY)))
-    for picture, plane in planes:
-        new = _in_plane(picture, np.clip(np.round(plane), 0, 255).astype(np.uint8), shortest)
-        known = np.concatenate([one.ends for one in every])
-        fresh = np.array([not _runs_along(edge, known) for edge in new.ends], bool)
-        every.append(new.only(fresh))
-    joint = [np.concatenate([getattr(one, name) for one in every]) for name in _FIELDS]
-    return Segments(*joint)
+    for hue in (lab[..., 1], lab[..., 2]):
+        plane = cv2.GaussianBlur((hue.astype(np.float32) - 128) * colour_gain + 128, (0, 0), 1.0)
+        new = _in_plane(image, np.clip(np.round(plane), 0, 255).astype(np.uint8), shortest)
+        found = _with_fresh(found, new)
+    return found
+
+
+def with_grain(image: Image, found: Segments, shortest: float = 0.03) -> Segments:
+    """The same and the edges of the softened picture: grain breaks edges to pieces."""
+    if not at_work("edges in grain"):
+        return found
+    grain_px = 2.0  # 1..4: spread of the blur in which grain is lost
+    soft = np.asarray(cv2.GaussianBlur(image, (0, 0), grain_px), np.uint8)
+    return _with_fresh(found, segments(soft, shortest))
+
+
+def _with_fresh(found: Segments, new: Segments) -> Segments:
+    """The edges that are known and those new ones that do not run along them."""
+    fresh = np.array([not _runs_along(edge, found.ends) for edge in new.ends], bool)
+    both = found, new.only(fresh)
+    return Segments(*(np.concatenate([getattr(one, name) for one in both]) for name in _FIELDS))
 
 
 _FIELDS = ("ends", "length", "angle", "contrast", "bend")

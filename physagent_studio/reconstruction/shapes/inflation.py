@@ -197,6 +197,8 @@ def _on_legs(
     parts = [plane.standing(body, half, shift, straight=True)] if body.any() else []
     max_post_share = 0.4  # 0.1..0.6: of the body's depth: legs are thinner
     ground = max(bounds(leg)[3] for leg in legs)
+    # Where more than two are seen, those behind are among them.
+    sides = (0.0,) if plane.sight and several_rows(legs) else (-1.0, 1.0)
     for leg in legs:
         if plane.sight:
             own = min(float(sheet_of(leg).swell.max()), max_post_share * half)
@@ -204,8 +206,6 @@ def _on_legs(
             leg = _down_to(leg, ground)
             x0, _, x1, _ = bounds(leg)
             own = min(0.5 * (x1 - x0), max_post_share * half)
-        # Where more than two are seen, those behind are among them.
-        sides = (0.0,) if plane.sight and several_rows(legs) else (-1.0, 1.0)
         for side in sides:
             parts.append(plane.standing(leg, own, shift + side * (half - own)))
     vertices, faces = one_surface(parts)

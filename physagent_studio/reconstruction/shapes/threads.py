@@ -95,6 +95,7 @@ def hung(
         thread = threads.get(item.name)
         if thread is not None and item.name in out and item.position is not None:
             out[item.name] = with_thread(out[item.name], item, camera, thread)
+            # What hangs below a thing does not hold it.
             if thread.top[1] < thread.foot[1]:
                 length = item.tether or round(length_of(thread, item, camera), 4)
                 item = item.model_copy(update={"tether": length})
@@ -143,9 +144,10 @@ def thread_above(image: Image, mask: BoolArray, taken: BoolArray) -> Thread | No
 def thread_below(image: Image, mask: BoolArray, taken: BoolArray) -> Thread | None:
     """The string that hangs from a thing of this mask (H, W), as `thread_above` gives a thread; its
     top is its lower end."""
-    over = [np.ascontiguousarray(what[::-1]) for what in (image, mask, taken)]
-    found = thread_above(np.asarray(over[0], np.uint8), over[1] > 0, over[2] > 0)
-    if found is None or not at_work("strings below"):
+    if not at_work("strings below"):
+        return None
+    found = thread_above(np.ascontiguousarray(image[::-1]), mask[::-1], taken[::-1])
+    if found is None:
         return None
     rows, foot, top = len(mask), np.array(found.foot), np.array(found.top)
     # From within the body, whose drawn outline may leave a knot out: what hides it is before it.

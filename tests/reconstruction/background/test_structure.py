@@ -13,7 +13,7 @@ from physagent_studio.reconstruction.background.plate import hole_of
 from physagent_studio.reconstruction.background.poisson_blend import joined, sources
 from physagent_studio.reconstruction.background.shift_map import bent, shift, to_level
 from physagent_studio.reconstruction.background.structure import Structure
-from physagent_studio.reconstruction.photo.line_segments import segments, with_hues
+from physagent_studio.reconstruction.photo.line_segments import segments, with_grain, with_hues
 
 SHAPE = (260, 360)
 CAMERA = Camera.from_horizon((SHAPE[1], SHAPE[0]), -160, 1.5, focal=340.0)
@@ -181,4 +181,4 @@ def test_edges_are_found_in_grain():
         off = np.abs(found[..., 1] - 100 - 0.3 * found[..., 0]).max(1)
         return float(np.ptp(found[off < 4, :, 0], axis=1).sum())
 
-    assert long(segments(photo).ends) < 200 < long(with_hues(photo, segments(photo)).ends)
+    assert long(segments(photo).ends) < 200 < long(with_grain(photo, segments(photo)).ends)

@@ -65,7 +65,7 @@ def _body(frame: EventFrame, name: str, layout: Layout) -> Body | None:
     if sense in ("collapse", "break", "crush"):
         return Breakable(cuts=(3, 1, 3), release_impulse=round(_blow(frame, name, layout), 4))
     # What the wind takes off a thing is not held to it.
-    freed = sense == "wind" and (frame.place("off", "from") or "carried" in frame.manner)
+    freed = sense == "wind" and (frame.place("off") or "carried" in frame.manner)
     flag_m = 0.0008  # 0.0003..0.003: thick: of fabric that is 200 g/m², as bunting weighs
     if sense in ("wind", "sway", "bend") and is_flag(name):
         # It streams away from its pole, which is where the wind comes from.

@@ -108,11 +108,12 @@ def _points(item: SceneObject, mask: BoolArray | None) -> Finding:
 
 
 def _called(state: SceneState, image: Image, masks: Mapping[str, BoolArray]) -> list[Finding]:
-    """Whether what was clicked has the colour that its name says."""
+    """Whether what was clicked has the colour that its name says; a drawn box says enough."""
     out: list[Finding] = []
     for item in state.objects:
         mask, word = masks.get(item.name), colour_of(item.name)
-        if mask is None or word is None or not mask.any():
+        framed = item.grounding.box is not None and not item.grounding.proposed
+        if mask is None or word is None or framed or not mask.any():
             continue
         share, least = float(pixels_like(image, word)[mask].mean()), CHECK.min_named_share
         fine = share >= least

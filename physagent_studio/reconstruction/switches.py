@@ -81,6 +81,7 @@ BODIES = {
     "things once": "what is there once is not repeated",
     "turned sides": "what is not seen of a ring shows what is seen of it",
     "straight sides": "the rim of a straight front goes on to the back",
+    "plain undersides": "undersides that nobody saw show no streaks",
     "covered sides": "covered sides of blocks are painted in their own colour",
     "opposite sides": "hidden sides of a block show the opposite one",
     "creases": "edges within the mask say how a box is turned",

@@ -20,7 +20,7 @@ def with_blows(frames: list[EventFrame]) -> list[EventFrame]:
     the blow where it only goes in that direction, or where several are spoken of.
     """
     found: list[EventFrame] = []
-    frames = _with_the_wind(_off_its_support(frames))
+    frames = _with_the_wind(_off_its_support(_held_up(frames)))
     for frame, after in zip_longest(frames, frames[1:]):
         aim = None if after is None else _aim(frame, after)
         if aim is None or after is None:
@@ -46,6 +46,20 @@ def _with_the_wind(frames: list[EventFrame]) -> list[EventFrame]:
             way = frame.direction or frame.origin
         elif way is not None and by_itself and frame.sense in _GOES_OVER:
             frame = replace(frame, direction=way)
+        found.append(frame)
+    return found
+
+
+def _held_up(frames: list[EventFrame]) -> list[EventFrame]:
+    """ "Lifts off the table and floats in the air": up there, and not down again."""
+    risen: set[str] = set()
+    found: list[EventFrame] = []
+    for frame in frames:
+        level = frame.direction != "down" and not frame.places
+        if frame.sense == "float" and level and risen & set(frame.patient):
+            frame = replace(frame, sense="drift" if frame.direction else "hang")
+        if frame.sense == "rise" and not frame.negated:
+            risen |= set(frame.patient)
         found.append(frame)
     return found
 

@@ -144,8 +144,11 @@ def doubting(
 
 
 def is_chosen(grounding: Grounding) -> bool:
-    """Whether a person has chosen this mask among the candidates, or corrected it."""
-    return grounding.settled or grounding.candidate > 0 or bool(grounding.strokes)
+    """Whether a person has chosen this mask among the candidates, or corrected it.
+
+    What the planner takes in place of a mask that fits badly is no surer for that.
+    """
+    return grounding.settled or bool(grounding.strokes)
 
 
 def probability(

@@ -46,6 +46,10 @@ class ProjectionSettings:
     min_facing_sine: float = math.sin(math.radians(15.0))
     # 0..0.05: over the longer side: of what is carried back along straight sides
     blur_ratio: float = 0.01
+    # cosine, 0.3..1: of a face and straight down, from where on it is of a thing's underside
+    min_down_cosine: float = 0.6
+    # 0.01..0.3: over the longer side: of what an unseen underside shows, which is mostly plain
+    underside_blur_ratio: float = 0.05
 
 
 PROJECTION = ProjectionSettings()
@@ -60,6 +64,15 @@ class _Look(IntEnum):
     CARRIED = 3
     ACROSS = 4
     FOLDED = 5
+    UNDERSIDE = 6
+
+
+_DRAWN_OUT = (_Look.MIRRORED, _Look.CARRIED, _Look.FOLDED)
+"""What shows a few pixels of the front's rim drawn out, where it lies beneath."""
+_BLURS = {
+    _Look.CARRIED: PROJECTION.blur_ratio,
+    _Look.UNDERSIDE: PROJECTION.underside_blur_ratio,
+}
 
 
 def textured(photo: Image, mask: BoolArray, camera: Camera, item: SceneObject, mesh: Mesh) -> Mesh:
@@ -112,7 +125,9 @@ def _painted(
     elsewhere = _elsewhere(camera, item, mask, mesh)
     for which, (chosen, _) in elsewhere.items():
         kinds[chosen] = which
-    vertices, faces, source, kind = _split(mesh, kinds)
+    beneath = _beneath(item, mesh) & np.isin(kinds, _DRAWN_OUT)
+    vertices, faces, source, kind = _split(mesh, np.where(beneath, kinds + len(_Look), kinds))
+    under, kind = kind >= len(_Look), kind % len(_Look)
     place, turn = np.asarray(item.position), matrix_of(item.rotation).T
     world = vertices @ turn + place
     shown = np.where((kind == _Look.MIRRORED)[:, None], _mirrored(camera, world, place), world)
@@ -124,17 +139,18 @@ def _painted(
     crop = tuple(slice(at, at + wide) for at, wide in zip(origin[::-1], edge[::-1], strict=True))
     own = mask[crop]
     panels = [texture]
+    kind = np.where(under, int(_Look.UNDERSIDE), kind)
     x0, y0, x1, y1 = bounds(own)
     ring = max(PROJECTION.ring_ratio, soft_rim(photo[crop], own) / min(x1 - x0, y1 - y0))
-    for which in (_Look.MIRRORED, _Look.CARRIED, _Look.ACROSS, _Look.FOLDED):
+    for which in (*_DRAWN_OUT, _Look.ACROSS, _Look.UNDERSIDE):
         if not (kind == which).any():
             continue
         panel = led_inward(texture, own, ring)
         if which == _Look.MIRRORED and _swells(item):
             panel = calmed(without_features(panel, own), own)
-        if which == _Look.CARRIED:
+        if which in _BLURS:
             # Single pixels would be drawn out to stripes, or stand for a whole end.
-            panel = cv2.GaussianBlur(panel, (0, 0), PROJECTION.blur_ratio * float(edge.max()))
+            panel = cv2.GaussianBlur(panel, (0, 0), _BLURS[which] * float(edge.max()))
         uv[kind == which, 0] += len(panels) * edge[0]
         panels.append(np.asarray(panel, np.uint8))
     texture = np.hstack(panels)
@@ -212,6 +228,16 @@ def _unseen(camera: Camera, item: SceneObject, mesh: Mesh) -> BoolArray:
     sine = (view * normal).sum(1)
     sine /= np.maximum(np.linalg.norm(view, axis=1) * np.linalg.norm(normal, axis=1), 1e-15)
     return np.asarray(sine <= (PROJECTION.min_facing_sine if _swells(item) else 0.0))
+
+
+def _beneath(item: SceneObject, mesh: Mesh) -> BoolArray:
+    """(F,) which faces are of a thing's underside."""
+    if not at_work("plain undersides"):
+        return np.zeros(len(mesh.faces), bool)
+    a, b, c = (mesh.vertices[mesh.faces[:, k]] for k in range(3))
+    normal = np.cross(b - a, c - a)
+    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-15)
+    return np.asarray(normal @ matrix_of(item.rotation)[2] < -PROJECTION.min_down_cosine)
 
 
 def _swells(item: SceneObject) -> bool:

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from itertools import chain
 
 import numpy as np
+from numpy.typing import NDArray
 
 from physagent_studio.agent.roles import Situation
 from physagent_studio.agent.rules.planner.factors import may_change
@@ -21,6 +22,7 @@ from physagent_studio.reconstruction.placement.static_stability import beyond
 from physagent_studio.records import Finding, Proposal, Scene
 
 Repair = tuple[str, str, tuple[Edit, ...]]
+Box = tuple[float, float, float, float]
 
 
 def repair_scene(situation: Situation) -> Proposal:
@@ -246,7 +248,7 @@ def _other_clicks(
     item = situation.program.scene.object(name)
     if scene is None or scene.photo is None or word is None or item is None:
         return
-    if item.grounding.settled:
+    if item.grounding.settled or _drawn_box(item) is not None:
         return
     others = [mask for other, mask in scene.masks.items() if other != name]
     taken = np.any(others, axis=0) if others else np.zeros(scene.photo.shape[:2], bool)
@@ -267,16 +269,18 @@ def _other_masks(
 ) -> Iterator[tuple[str, str, tuple[Edit, ...]]]:
     """The segmenter's other masks, best first, with everything that followed from the mask open.
 
-    A mask that a person has chosen stays.
+    A mask that a person has chosen stays, and a box that a person drew is not left.
     """
     scene = situation.scene
     item = situation.program.scene.object(name)
     assert item is not None
     if item.grounding.settled:
         return
-    count = len(scene.candidates.get(name, ())) if scene is not None else 0
+    offers = scene.candidates.get(name, ()) if scene is not None else ()
+    count, box = len(offers), _drawn_box(item)
     tried = _tried_masks(situation, name)
     left = [c for c in range(count) if c not in tried and c != item.grounding.candidate]
+    left = [c for c in left if box is None or _within(box, offers[c].mask)]
     best = max(tried, key=lambda c: tried[c], default=None)
     if not left and best is not None and best != item.grounding.candidate:
         # None of them fits: back to the one that came nearest.
@@ -288,6 +292,22 @@ def _other_masks(
             SetField(path=f"{base}.position", value=None),
         )
         yield "mask candidate", f"take mask {candidate + 1} of {count} for {name}", edits
+
+
+def _drawn_box(item: SceneObject) -> Box | None:
+    """The box that a person drew around a thing: there it is, whatever its name says."""
+    return None if item.grounding.proposed else item.grounding.box
+
+
+def _within(box: Box, mask: NDArray[np.bool_]) -> bool:
+    """Whether a mask (H, W) ends about where a box that was drawn around the thing does."""
+    x0, y0, x1, y1 = box
+    loose_ratio = 0.06  # 0..0.2: of the longer side, by which a hand draws a box too narrow
+    wide = loose_ratio * max(x1 - x0, y1 - y0)
+    rows, columns = mask.nonzero()
+    inside = (rows > y0 - wide) & (rows < y1 + wide) & (columns > x0 - wide) & (columns < x1 + wide)
+    most_share = 0.02  # 0..0.1: of a mask, that may lie outside all the same
+    return bool(np.count_nonzero(~inside) <= most_share * len(rows))
 
 
 def _tried_masks(situation: Situation, name: str) -> dict[int, float]:

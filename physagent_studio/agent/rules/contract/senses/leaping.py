@@ -9,13 +9,11 @@ from physagent_studio.agent.rules.contract.senses.whereabouts import along, is_g
 from physagent_studio.agent.rules.contract.specs import Context, Spec, spec
 from physagent_studio.agent.rules.scene.measures import place_name
 from physagent_studio.agent.rules.scene.steps import descents
-from physagent_studio.knowledge import kind_of
 
 
 def jump(c: Context) -> list[Spec]:
-    """Leaves the ground for a moment; a person or an animal comes down on its feet."""
-    kind = kind_of(c.subject)
-    upright = keeps_standing(c) if kind is not None and kind.is_alive else []
+    """Leaves the ground for a moment, and comes down as it stood."""
+    upright = keeps_standing(c)
     found = [*upward(c), spec("airborne", c.subject, seconds=0.1), *along(c), *upright]
     below = c.layout.carrier(c.subject)
     if (c.frame.count or 0) > 1 and below is not None:

@@ -335,7 +335,22 @@ def upward(c: Context) -> list[Spec]:
 
 
 def bounce(c: Context) -> list[Spec]:
-    """Touches something and is free again; "bounces back" from what it hit."""
+    """Touches something and is free again, and gets the way that is told; "bounces back" from what
+    it hit."""
+    level_ways = [way for way in c.ways() if way not in ("up", "down")]
+    far = c.length(0.5, 0.02, 0.2)
+    return [
+        *_touching(c),
+        *(
+            spec("moves", c.subject, distance=least_along(c, far, way), direction=way)
+            for way in level_ways
+            if c.frame.direction != "backward"
+        ),
+    ]
+
+
+def _touching(c: Context) -> list[Spec]:
+    """What it bounces on, and how often."""
     struck = [f.patient[0] for f in c.earlier if f.sense == "hit" and c.subject in f.agent]
     if c.frame.direction == "backward" and struck:
         # That it touches it is demanded where it is told.

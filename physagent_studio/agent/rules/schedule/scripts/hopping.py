@@ -1,4 +1,4 @@
-"""Several hops: on the spot as often as is told, or to a thing, to end before it."""
+"""Several hops: on the spot or to a side as often as is told, or to a thing, to end before it."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from physagent_studio.agent.rules.schedule import actions as act
 from physagent_studio.agent.rules.schedule.scripts.flight import leaps_out
 from physagent_studio.agent.rules.schedule.scripts.task import Task
 from physagent_studio.language import EventFrame, Place
-from physagent_studio.program.actions import Action
+from physagent_studio.program.actions import Action, Direction
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,6 +31,7 @@ class HoppingSettings:
     bounce_keeps: float = 0.8  # ratio, 0.6..0.95: of its speed from one bounce to the next
     bounce_steps: int = 6  # steps, 3..9: after which it leaves the ground again
     clip_share: float = 0.6  # 0.5..0.9: of the clip, that all of them take
+    room_share: float = 0.8  # 0.4..1: of the way that the picture leaves to a side, to that side
 
 
 HOPPING = HoppingSettings()
@@ -68,6 +69,10 @@ def hop_along(task: Task) -> list[Action]:
     name, way = None if target is None else place_name(target), _way_to(task, target)
     usual = min(max(math.ceil(way / (HOPPING.way_sizes * size)), 2), HOPPING.most_hops)
     count = hops_told(task) or usual
+    side = None if target is not None else _side(task)
+    if side is not None:
+        room = HOPPING.room_share * free_way(layout, task.name, WAYS[side])
+        way = max(min(count * HOPPING.way_sizes * size, room), HOPPING.least_hop_m)
     high = mech.G * max(HOPPING.hop_sizes * size, HOPPING.least_hop_m)
     # What flies 2 u f / g far leaves the ground at a slope of u / f.
     steep = mech.G * way / count * math.tan(math.radians(HOPPING.steep_deg)) / 2
@@ -87,6 +92,8 @@ def hop_along(task: Task) -> list[Action]:
         force = (
             act.toward_or_along(speed, toward=name, elevation=elevation)
             if name is not None
+            else act.toward_or_along(speed, way=side, elevation=elevation)
+            if side is not None
             else act.toward_or_along(upward * lower**k, way="up")
         )
         found += [
@@ -99,6 +106,13 @@ def hop_along(task: Task) -> list[Action]:
         start += round((aloft - act.STEPS.kick_steps) * lower**k) + act.STEPS.kick_steps
         start += pause if lower == 1.0 else HOPPING.bounce_steps
     return found
+
+
+def _side(task: Task) -> Direction | None:
+    """The level direction in which it is told to leap; None where it leaps on the spot."""
+    told = any(f.direction for f in task.intent.frames if f.sense == "jump")
+    way = task.way() if told else None
+    return way if way in ("left", "right", "away", "toward_camera") else None
 
 
 def _way_to(task: Task, target: Place | None) -> float:

@@ -55,7 +55,7 @@ def _held_up(frames: list[EventFrame]) -> list[EventFrame]:
     risen: set[str] = set()
     found: list[EventFrame] = []
     for frame in frames:
-        level = frame.direction != "down" and not frame.places
+        level = frame.direction in (None, *_SIDES) and not frame.places
         if frame.sense == "float" and level and risen & set(frame.patient):
             frame = replace(frame, sense="drift" if frame.direction else "hang")
         if frame.sense == "rise" and not frame.negated:

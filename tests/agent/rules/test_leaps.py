@@ -32,9 +32,18 @@ def test_it_clears_what_it_leaps_over(stage: str, prompt: str, hurdle: str) -> N
     assert all({int(row["a"]), int(row["b"])} != touching for row in early)
 
 
-@pytest.mark.parametrize(("name", "stands"), [("frog", True), ("box", False)])
-def test_what_is_alive_comes_down_on_its_feet(name: str, stands: bool) -> None:
+@pytest.mark.parametrize(
+    ("sentence", "stands"),
+    [
+        ("The frog hops up.", True),
+        ("The box hops up.", True),
+        ("The box hops twice to the left.", True),
+        ("The box hops up and falls over.", False),
+    ],
+)
+def test_what_leaps_comes_down_as_it_stood(sentence: str, stands: bool) -> None:
+    name = sentence.split()[1]
     meadow = Stage("meadow", {name: (Box(size=(0.1, 0.1, 0.08)), (0.0, 2.0, 0.04), "floor")})
-    program = RuleGenerator().first(meadow.case(f"The {name} hops up."), meadow.reconstruct)
+    program = RuleGenerator().first(meadow.case(sentence), meadow.reconstruct)
     demands = [s for s in program.contract.statements if s.kind == "topples" and s.negated]
     assert bool(demands) == stands

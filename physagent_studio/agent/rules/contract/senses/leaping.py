@@ -9,11 +9,15 @@ from physagent_studio.agent.rules.contract.senses.whereabouts import along, is_g
 from physagent_studio.agent.rules.contract.specs import Context, Spec, spec
 from physagent_studio.agent.rules.scene.measures import place_name
 from physagent_studio.agent.rules.scene.steps import descents
+from physagent_studio.knowledge import kind_of
 
 
 def jump(c: Context) -> list[Spec]:
-    """Leaves the ground for a moment, and comes down as it stood."""
-    upright = keeps_standing(c)
+    """Leaves the ground for a moment; what lives or leaps on the spot comes down as it stood."""
+    kind = kind_of(c.subject)
+    on_the_spot = not any(r in ("over", "onto", "into", "off") for r, _ in c.frame.places)
+    alive = kind is not None and kind.is_alive
+    upright = keeps_standing(c) if alive or on_the_spot else []
     found = [*upward(c), spec("airborne", c.subject, seconds=0.1), *along(c), *upright]
     below = c.layout.carrier(c.subject)
     if (c.frame.count or 0) > 1 and below is not None:

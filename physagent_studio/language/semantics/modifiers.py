@@ -168,6 +168,8 @@ def _adverb(word: str, details: Details, talk: Discourse) -> None:
         way = v.DIRECTIONS[word]
         if word == "off":
             details.places = (*details.places, ("off", Place("stack", "group")))
+        if word == "away":
+            details.manner |= {"away"}
         # "Drives forward to the right": the picture's side says more than the thing's own.
         own = details.direction in ("forward", "backward") or "backwards" in details.manner
         if details.direction == "backward" and "backwards" not in details.manner:

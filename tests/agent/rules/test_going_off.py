@@ -43,6 +43,9 @@ def first(prompt: str, stage: Stage = STREET) -> PhysicalProgram:
         ("The dog walks off to the left.", "dog"),
         ("The trolley rolls off.", "trolley"),
         ("The ball rolls off to the right.", "ball"),
+        ("The car drives away to the left.", "car"),
+        ("The dog runs away.", "dog"),
+        ("The ball rolls away to the right.", "ball"),
     ],
 )
 def test_what_goes_off_leaves_the_picture(prompt: str, leaves: str) -> None:
@@ -58,9 +61,10 @@ def test_what_goes_off_leaves_the_picture(prompt: str, leaves: str) -> None:
 @pytest.mark.parametrize(
     "prompt",
     [
-        # Off a thing, away, to a thing, or with more to come; too far to walk, and not free.
+        # Off a thing, to or from a thing, or with more to come; too far to walk, and not free.
         "The ball hits the cone and rolls off.",
-        "The dog runs away to the left.",
+        "The dog runs away from the ball.",
+        "The ball rolls away to the right and stops.",
         "The car drives off and hits the trolley.",
         "The car drives off and stops beside the trolley.",
         "The dog runs off to the left and jumps.",
@@ -79,7 +83,7 @@ def test_off_a_table_is_off_that() -> None:
 @pytest.mark.parametrize(
     ("prompt", "length"),
     [
-        ("The car drives away to the left.", 4.2),
+        ("The car drives to the left.", 4.2),
         ("The dog walks to the left.", 0.8),
         ("The trolley rolls to the left and stops.", 0.9),
         ("The dog gallops to the right.", 0.8),

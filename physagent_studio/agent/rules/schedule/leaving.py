@@ -1,4 +1,4 @@
-"""What drives, runs or rolls off, off nothing that is said: it leaves the picture."""
+"""What drives, runs or rolls off or away, from nothing that is said: it leaves the picture."""
 
 from __future__ import annotations
 
@@ -45,9 +45,10 @@ def off_the_picture(reading: Reading, layout: Layout, seconds: float) -> Reading
 
 
 def _goes_off(frame: EventFrame) -> bool:
-    """Whether it goes "off" by itself, and not off a thing, to one or after one."""
+    """Whether it goes "off" or "away" by itself, and not off a thing, to one or after one."""
     free = not (frame.agent or frame.negated or frame.counted or frame.any_one)
     off = [(relation, place.kind) for relation, place in frame.places] == [("off", "group")]
+    off |= "away" in frame.manner and not frame.places
     return free and off and (bool(frame.gait) or frame.sense in _BY_ITSELF)
 
 

@@ -192,7 +192,7 @@ def test_what_is_said_to_leave_its_axis_has_no_wheels_that_hold(prompt):
 
 
 def test_casters_go_any_way_and_a_box_has_no_wheels():
-    chair = program_of(yard(0, name="office_chair"), "The office chair rolls away.")
+    chair = program_of(yard(0, name="office_chair"), "The office chair rolls away from the camera.")
     wheels = wheels_of(chair, "office_chair")
     assert wheels.grip == wheels.rolling
     assert off(wheels.heading, 90) < 1

@@ -19,8 +19,8 @@ from physagent_studio.program.scene.state import Floor
 from physagent_studio.program.statements import Contacts
 from physagent_studio.records.judgement import Check
 
-GONE = 0.02
-"""Part of its outline that may still be in the picture of what has left it."""
+NEVER_SEEN = 0.01
+"""Margin of what is out of the picture without being beyond its border: behind the camera."""
 PARTLY = (0.15, 0.85)
 """Least and greatest part of it that is within, of what has left it in part."""
 LEAVES = 0.4
@@ -56,11 +56,20 @@ def inside(facts: Facts, name: str) -> Check:
 
 
 def gone(facts: Facts, name: str) -> Check:
-    """What the sentence has leave the picture is out of it at the end, nearly all of it."""
-    left = float(sight_in(facts, name).share[-1])
+    """What the sentence has leave the picture is out of it at the end, all of it.
+
+    A rim that stays at the border is seen for as long as it stays; the margin is how far beyond the
+    border it is, or how much of its width is still within, over its own size.
+    """
+    sight, camera = sight_in(facts, name), facts.program.scene.camera
+    assert camera is not None
+    low, high = sight.outline[-1].min(axis=0), sight.outline[-1].max(axis=0)
+    beyond = float(np.concatenate([low - camera.size, -high]).max())
+    size = max(float((high - low).max()), 1.0)
+    left = float(sight.share[-1])
+    margin = beyond / size if left > 0 or beyond > 0 else NEVER_SEEN
     text = f"{name} has left the picture at the end: {{answer}}"
-    margin = (GONE - left) / (1 - GONE)
-    return view_check("gone", name, text, margin, measured=left, threshold=GONE)
+    return view_check("gone", name, text, margin, measured=left, threshold=0.0)
 
 
 def partly_gone(facts: Facts, name: str) -> Check:

@@ -146,6 +146,10 @@ def _is_said(how: re.Pattern[str], name: str, names: Collection[str], prompt: st
             owners = [word for word in (noun, *sorted(others)) if word and word in around]
             if owners:
                 where = hit.start() - max(0, hit.start() - BEFORE)
+                ahead = [word for word in owners if -1 < around.find(word) < where]
+                # "Lands beside the brick": what does it is named before, but of a falling brick.
+                if ahead and not hit.group().endswith("ing"):
+                    owners = ahead
                 owner = min(owners, key=lambda word: abs(around.find(word) - where))
                 if owner == noun:
                     return True

@@ -73,6 +73,9 @@ def _body(frame: EventFrame, name: str, layout: Layout) -> Body | None:
         return Cloth(pinned="none" if freed else side, thickness=flag_m)
     if sense in ("wind", "sway", "bend") and is_sheet(name):
         return Cloth(pinned="none" if freed else "top")
+    if sense in ("fall", "land", "descend") and is_sheet(name) and layout.carrier(name) is None:
+        # What comes off a line folds up as it comes down.
+        return Cloth(pinned="none")
     if sense in ("wind", "sway", "bend", "lean") and grows(name) and not freed:
         return _plant(name, layout)
     pliant_pa = 2e4  # 5e3..1e5: as jelly and soft foam: what is told to behave like them

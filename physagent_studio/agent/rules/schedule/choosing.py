@@ -25,6 +25,7 @@ from physagent_studio.agent.rules.schedule.told_order import (
     wobbles_first,
     wobbles_then,
 )
+from physagent_studio.knowledge.things import is_sheet
 from physagent_studio.language import EDGES, EventFrame
 from physagent_studio.program.actions import Action
 from physagent_studio.program.scene.aloft import in_air
@@ -51,6 +52,8 @@ def script_for(task: Task) -> Script:
         return scripts.up_ramp
     if layout.carrier(task.name) is None:
         left = intent.place("from", "off")
+        if is_sheet(task.name) and intent.has("fall", "land", "descend"):
+            return scripts.waft
         if left is not None and left.kind == "landmark" and intent.has("fall", "descend"):
             return _nothing
         if intent.has("slip", "lose_support") and intent.has("fall") and task.way() is None:

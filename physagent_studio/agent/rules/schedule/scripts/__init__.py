@@ -34,6 +34,7 @@ from physagent_studio.agent.rules.schedule.scripts.landing import (
     rock_over,
     swing,
     up_ramp,
+    waft,
 )
 from physagent_studio.agent.rules.schedule.scripts.leaping_onto import leap_onto, top_aim
 from physagent_studio.agent.rules.schedule.scripts.squeezing import is_squeezed, squeeze

@@ -28,11 +28,21 @@ class LandingSettings:
     pushing_ratio: float = 0.6
     wobbling_share: float = 0.5  # 0.3..0.7: of the clip, after which what wobbles falls over
     shove_share: float = 0.6  # 0.4..0.8: of the clip, for which a hand pushes up a slope
+    wafting_mps: float = 0.3  # m/s, 0.1..0.6: of a cloth towards the camera, as it comes loose
     settling_ratio: float = 1.5  # 1..3: of the time up and down, until the next push
 
 
 LANDING = LandingSettings()
 ONWARD = ("roll", "slide", "move", "slip", "bounce", "land", "fall", "leave", "strike")
+
+
+def waft(task: Task) -> list[Action]:
+    """A cloth comes loose with a little air in it: it does not come down like a board, nor stand
+    on its edge."""
+    force = act.toward_or_along(LANDING.wafting_mps, way="toward_camera")
+    held, kick = act.STEPS.hang_steps, act.STEPS.kick_steps
+    pushed = act.push(task.name, force, start=held, duration=kick, label="waft")
+    return [act.hold(task.name, held), pushed]
 
 
 def landed_on(task: Task) -> str | None:

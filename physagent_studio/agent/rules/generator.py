@@ -6,6 +6,7 @@ from types import MappingProxyType
 import numpy as np
 
 from physagent_studio.agent.rules.contract.compile import contract_of, landmarks_needed
+from physagent_studio.agent.rules.contract.intents import struck_above
 from physagent_studio.agent.rules.contract.living import by_limbs, kept_upright
 from physagent_studio.agent.rules.scene.bodies import bodies_for
 from physagent_studio.agent.rules.scene.facing import backwards_to_its_aim
@@ -88,6 +89,7 @@ class RuleGenerator:
         reading = off_the_picture(reading, Layout(state), clip.seconds)
         reading = backwards_to_its_aim(reading, Layout(state))
         reading = with_what_bears_it(as_going_over(reading, Layout(state)), Layout(state))
+        reading = struck_above(reading, Layout(state))
         reading = by_limbs(reading, Layout(state))
         state = with_hold(_with_landmarks(state, reading))
         state = _with_materials(_on_wheels(state, reading, clip, masks), reading, clip)

@@ -9,7 +9,7 @@ from physagent_studio.program.scene.state import Box
 from physagent_studio.simulation import simulate
 from tests.agent.rules.scenes import Stage
 
-LINE = Stage("line", {"towel": (Box(size=(0.5, 0.02, 0.6)), (0.0, 3.0, 1.4), None)})
+LINE = Stage("line", {"towel": (Box(size=(0.5, 0.02, 0.6)), (0.0, 3.0, 1.4), "air")})
 
 
 def test_a_towel_that_comes_loose_folds_up_on_the_ground():

@@ -47,3 +47,12 @@ def test_what_leaps_comes_down_as_it_stood(sentence: str, stands: bool) -> None:
     program = RuleGenerator().first(meadow.case(sentence), meadow.reconstruct)
     demands = [s for s in program.contract.statements if s.kind == "topples" and s.negated]
     assert bool(demands) == stands
+
+
+def test_what_hops_twice_to_a_side_gets_there() -> None:
+    meadow = Stage("meadow", {"box": (Box(size=(0.1, 0.1, 0.08)), (-0.3, 2.0, 0.04), "floor")})
+    prompt = "The box hops twice to the right."
+    program = RuleGenerator().first(meadow.case(prompt), meadow.reconstruct)
+    path = simulate(program).positions[:, 0]
+    assert path[-1, 0] - path[0, 0] > 0.1
+    assert abs(path[-1, 1] - path[0, 1]) < 0.05

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 
 from physagent_studio.agent.rules.scene.measures import Layout
 from physagent_studio.knowledge import is_container
@@ -249,3 +250,18 @@ def carries_the_others(layout: Layout, name: str, frame: EventFrame) -> bool:
     on_things = layout.state.object(layout.carrier(name) or "") is not None
     below = frame.patient if frame.as_one else (name,)
     return not on_things and any(layout.carrier(other) in below for other in others)
+
+
+def struck_above(reading: Reading, layout: Layout) -> Reading:
+    """ "The stack is pushed and collapses": what carries the others stays where it is, and those on
+    it are pushed off; the reading with that said."""
+    frames = list(reading.frames)
+    for index, (frame, after) in enumerate(pairwise(reading.frames)):
+        comes_down = after.sense == "collapse" and not after.negated
+        if comes_down and frame.sense in _STRIKES and set(after.patient) == set(frame.patient):
+            above = [n for n in frame.patient if not carries_the_others(layout, n, after)]
+            frames[index] = replace(frame, patient=tuple(above) or frame.patient)
+    return replace(reading, frames=tuple(frames))
+
+
+_STRIKES = ("push", "knock", "strike", "tip_over", "knock_over")

@@ -164,6 +164,28 @@ def test_where_no_shape_covers_its_mask_a_person_is_asked() -> None:
     assert repair_likeness(now) is None
 
 
+def test_a_box_that_a_person_drew_is_not_left() -> None:
+    """Mask 3 fits best, and lies outside of the box; mask 2 is the best within it."""
+    now = situation(lambda state: (0.1, 0.3, 0.95, 0.2)[chosen(state)])
+    inside, outside = np.zeros((2, 200, 200), bool)
+    inside[50:100, 50:100], outside[120:180, 20:180] = True, True
+    masks = [inside, inside, outside, inside]
+    offers = tuple(Candidate(mask, 0.9 - 0.1 * n, "test") for n, mask in enumerate(masks))
+    offered = MappingProxyType({"middle_pin": offers})
+    box = SetField(path="scene.objects.middle_pin.grounding.box", value=[48.0, 48.0, 102.0, 102.0])
+    guessed = SetField(path="scene.objects.middle_pin.grounding.proposed", value=True)
+    for edits, taken in (((box,), 1), ((box, guessed), 2)):
+        program = apply(now.program, edits)
+
+        def look(state: SceneState) -> Scene:
+            return replace(
+                scene_of(state, lambda s: (0.1, 0.3, 0.95, 0.2)[chosen(s)]), candidates=offered
+            )
+
+        boxed = replace(now, program=program, scene=look(program.scene), look=look)
+        assert chosen(apply(program, RulePlanner().propose(boxed).edits).scene) == taken
+
+
 def test_what_a_box_shows_becomes_a_board_when_nothing_else_is_left() -> None:
     """The run goes on then: nothing more about a board is demanded, it is doubted."""
     now = situation(lambda _state: 0.1)

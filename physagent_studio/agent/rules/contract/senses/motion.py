@@ -292,7 +292,7 @@ def float_down(c: Context) -> list[Spec]:
     return [*found, *(s for s in along(c) if s.kind != "contacts")]
 
 
-_ALOFT = ("rise", "hang", "stay", "spin", "turn")
+_ALOFT = ("rise", "stay", "spin", "turn")
 
 
 def rise(c: Context) -> list[Spec]:
@@ -337,7 +337,7 @@ def upward(c: Context) -> list[Spec]:
 def bounce(c: Context) -> list[Spec]:
     """Touches something and is free again, and gets the way that is told; "bounces back" from what
     it hit."""
-    level_ways = [way for way in c.ways() if way not in ("up", "down")]
+    level_ways: list[Direction] = [way for way in c.ways() if way not in ("up", "down")]
     far = c.length(0.5, 0.02, 0.2)
     return [
         *_touching(c),

@@ -197,6 +197,9 @@ def be(c: Context) -> list[Spec]:
     if c.frame.posture == "still" and c.frame.link == "while":
         # "… while the lamp hangs still": all the time.
         return stay(c)
+    if c.frame.sense == "hang" and c.earlier and c.earlier[-1].sense == "rise":
+        # "Rises and hovers": it does not come down again.
+        return [spec("falls", c.subject, drop=c.length(0.3, 0.02, 0.2), negated=True)]
     if c.earlier and c.frame.link != "which" and _has_acted(c):
         return _ends(c)
     if c.frame.direction == "up" and c.frame.posture == "upright":

@@ -178,6 +178,19 @@ def test_what_falls_out_of_the_picture_has_been_seen_to_fall() -> None:
     assert not found["moves"].ok
 
 
+def test_what_has_come_down_in_the_picture_does_not_roll_out_of_it() -> None:
+    """Onto a lower shelf, which it rolls along until it is out of sight."""
+    ahead = Camera.from_horizon((320, 200), 150.0, 1.0)
+    shape = {"kind": "box", "position": [1.4, 4, 0.9], "size": [2.0, 0.5, 0.1]}
+    lower = {"name": "lower", "shape": shape}
+    things = [at(BALL, 0.2, 1.65, support="shelf")]
+    for boards, ok in (([shelf()], True), ([shelf(), lower], False)):
+        actions = [go("ball", 1.0, 0, 0)]
+        program = scene_of(things, actions, says("falls"), supports=boards, camera=ahead)
+        found = views(program)["view.inside.ball"]
+        assert found.ok is ok, found.text
+
+
 def test_what_flies_out_past_a_side_has_a_floor_to_fall_on() -> None:
     """The floor is in the picture below where it began to fall."""
     wide = Camera.from_horizon((320, 200), 60.0, 1.0)

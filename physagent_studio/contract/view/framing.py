@@ -116,7 +116,11 @@ def needed_until(facts: Facts, name: str, sight: Sight) -> int:
         return last
     drop = np.maximum.accumulate(path[:, 2]) - path[:, 2]
     seen = np.flatnonzero((drop >= height_of(facts, name)) & (sight.share >= INSIDE))
-    return int(seen[0]) if len(seen) else last
+    if not len(seen):
+        return last
+    # What has come down within the picture does not roll out of it.
+    landed = Window(int(rows[seen[0]]), int(rows[out[0]]))
+    return last if facts.touching_anything(name, landed).any() else int(seen[0])
 
 
 def breaks_in_sight(facts: Facts, names: tuple[str, ...]) -> list[Check]:

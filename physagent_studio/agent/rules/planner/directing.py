@@ -110,7 +110,8 @@ def is_sudden(program: PhysicalProgram, rollout: Rollout) -> bool:
 
 
 def _falls_down(program: PhysicalProgram, rollout: Rollout) -> bool:
-    kinds = ("topples", "breaks", "flips", "spreads")
+    # A leap takes as long as it is high, a low one too.
+    kinds = ("topples", "breaks", "flips", "spreads", "airborne", "bounces")
     if any(s.kind in kinds and not s.negated for s in program.contract.statements):
         return True
     facts = Facts.of(program, rollout)

@@ -191,6 +191,13 @@ def test_what_has_come_down_in_the_picture_does_not_roll_out_of_it() -> None:
         assert found.ok is ok, found.text
 
 
+def test_what_comes_into_the_picture_as_it_falls_is_judged_too() -> None:
+    """It begins above the picture, and is seen to fall later than it was first out of it."""
+    low = Camera.from_horizon((320, 200), 150.0, 1.0)
+    program = scene_of([at(BALL, 0.0, 4.0, support="air")], [], says("falls"), camera=low)
+    assert "view.inside.ball" in views(program)
+
+
 def test_what_flies_out_past_a_side_has_a_floor_to_fall_on() -> None:
     """The floor is in the picture below where it began to fall."""
     wide = Camera.from_horizon((320, 200), 60.0, 1.0)

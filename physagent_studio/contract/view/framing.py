@@ -118,8 +118,10 @@ def needed_until(facts: Facts, name: str, sight: Sight) -> int:
     seen = np.flatnonzero((drop >= height_of(facts, name)) & (sight.share >= INSIDE))
     if not len(seen):
         return last
+    if seen[0] >= out[0]:
+        return int(seen[0])
     # What has come down within the picture does not roll out of it.
-    landed = Window(int(rows[seen[0]]), int(rows[out[0]]))
+    landed = Window(int(rows[seen[0]]), at)
     return last if facts.touching_anything(name, landed).any() else int(seen[0])
 
 

@@ -7,6 +7,7 @@ marked things. What it sees there that stands out all around and reaches beyond 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import cv2
@@ -36,6 +37,7 @@ class BystanderSettings:
     min_beyond_shares: tuple[float, float, float] = (0.45, 0.25, 0.1)
     clear_edge_share: float = 0.9  # 0.7..0.98: of its outline: all of it stands out
     clear_agreement: float = 0.8  # mean IoU, 0.6..0.95: of looks at it that agree
+    flat_ratio: float = 0.6  # 0.2..1: height over width in the picture, below which it lies flat
     # 0.3..0.9: of it that is beyond: less of it stands in what is taken out
     max_shading_share: float = 0.6
     shade_ratio: float = 0.5  # 0.1..2: over the root of its area, around it: shade there is its own
@@ -74,7 +76,7 @@ def bystanders(photo: Image, things: BoolArray, hole: BoolArray) -> BoolArray:
             asked += 1
             seen = at_point(small, (x, y))
             under = any(seen.mask[foot].mean() > BYSTANDER.max_under_share for foot in feet)
-            if not under and _is_thing(seen, lab, own, taken):
+            if not under and _is_thing(seen, lab, own, taken, feet):
                 found |= seen.mask
     # What lies by itself is the shadow of what hangs: nothing tells it from a thing for sure.
     found &= joined | ~taken
@@ -155,7 +157,9 @@ def _pieces(lab: FloatImage, region: BoolArray) -> list[tuple[int, int]]:
     return [(x, y) for _, x, y in sorted(found, reverse=True)]
 
 
-def _is_thing(seen: Seen, lab: FloatImage, own: BoolArray, taken: BoolArray) -> bool:
+def _is_thing(
+    seen: Seen, lab: FloatImage, own: BoolArray, taken: BoolArray, feet: Sequence[BoolArray]
+) -> bool:
     """Whether what the network sees there stands out all around, and is no shade."""
     area = np.count_nonzero(seen.mask)
     if not area or area > BYSTANDER.max_area_ratio * own.size:
@@ -169,8 +173,15 @@ def _is_thing(seen: Seen, lab: FloatImage, own: BoolArray, taken: BoolArray) -> 
         return False
     clear = stands_out > BYSTANDER.clear_edge_share
     sure = clear and seen.agreement > BYSTANDER.clear_agreement
-    least = BYSTANDER.min_beyond_shares[int(clear) + int(sure)]
+    # What lies flat at a foot is rather the shadow itself, however clear that is.
+    flat = _lies(seen.mask) and any((seen.mask & foot).any() for foot in feet)
+    least = BYSTANDER.min_beyond_shares[0 if flat else int(clear) + int(sure)]
     return bool(beyond > least or (sure and on_own == 0))
+
+
+def _lies(mask: BoolArray) -> bool:
+    rows, columns = mask.nonzero()
+    return bool(np.ptp(rows) < BYSTANDER.flat_ratio * np.ptp(columns))
 
 
 def _stands_out(lab: FloatImage, mask: BoolArray) -> float:

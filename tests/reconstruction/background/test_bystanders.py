@@ -87,3 +87,15 @@ def test_a_piece_of_a_shade_has_no_shade_of_its_own() -> None:
 def test_without_bystanders_there_is_no_shade_of_theirs() -> None:
     none = np.zeros((10, 10), bool)
     assert not about_them(none, ~none, ~none).any()
+
+
+def test_a_hard_shadow_at_a_foot_is_no_thing() -> None:
+    """It stands out all around as a thing does, and reaches a third beyond what was found of it."""
+    photo, ball, *_ = _drawn((176, 150, 120))
+    shadow = np.zeros(ball.shape, np.uint8)
+    cv2.ellipse(shadow, (92, 202), (46, 7), 0, 0, 360, 1, -1)
+    dark = (shadow > 0) & ~ball
+    hard = np.where(dark[..., None], (58, 48, 40), photo).astype(np.uint8)
+    hole = ball | dark
+    hole[:, :72] = False
+    assert bystanders(hard, ball, hole)[dark & hole].mean() < 0.05

@@ -112,8 +112,8 @@ def _called(state: SceneState, image: Image, masks: Mapping[str, BoolArray]) -> 
     out: list[Finding] = []
     for item in state.objects:
         mask, word = masks.get(item.name), colour_of(item.name)
-        framed = item.grounding.box is not None and not item.grounding.proposed
-        if mask is None or word is None or framed or not mask.any():
+        boxed = item.grounding.box is not None
+        if mask is None or word is None or boxed or not mask.any():
             continue
         share, least = float(pixels_like(image, word)[mask].mean()), CHECK.min_named_share
         fine = share >= least

@@ -19,8 +19,8 @@ from physagent_studio.program.scene.state import Floor
 from physagent_studio.program.statements import Contacts
 from physagent_studio.records.judgement import Check
 
-NEVER_SEEN = 0.01
-"""Margin of what is out of the picture without being beyond its border: behind the camera."""
+BEHIND_CAMERA = 0.01
+"""Margin of what is out of the picture there, and so beyond no border of it."""
 PARTLY = (0.15, 0.85)
 """Least and greatest part of it that is within, of what has left it in part."""
 LEAVES = 0.4
@@ -67,7 +67,7 @@ def gone(facts: Facts, name: str) -> Check:
     beyond = float(np.concatenate([low - camera.size, -high]).max())
     size = max(float((high - low).max()), 1.0)
     left = float(sight.share[-1])
-    margin = beyond / size if left > 0 or beyond > 0 else NEVER_SEEN
+    margin = beyond / size if left > 0 or beyond > 0 else BEHIND_CAMERA
     text = f"{name} has left the picture at the end: {{answer}}"
     return view_check("gone", name, text, margin, measured=left, threshold=0.0)
 

@@ -174,12 +174,13 @@ def _is_thing(
     clear = stands_out > BYSTANDER.clear_edge_share
     sure = clear and seen.agreement > BYSTANDER.clear_agreement
     # What lies flat at a foot is rather the shadow itself, however clear that is.
-    flat = _lies(seen.mask) and any((seen.mask & foot).any() for foot in feet)
+    flat = _lies_flat(seen.mask) and any((seen.mask & foot).any() for foot in feet)
     least = BYSTANDER.min_beyond_shares[0 if flat else int(clear) + int(sure)]
     return bool(beyond > least or (sure and on_own == 0))
 
 
-def _lies(mask: BoolArray) -> bool:
+def _lies_flat(mask: BoolArray) -> bool:
+    """Whether it is much wider than high in the picture, as shadows on the ground are."""
     rows, columns = mask.nonzero()
     return bool(np.ptp(rows) < BYSTANDER.flat_ratio * np.ptp(columns))
 

@@ -125,6 +125,7 @@ def _painted(
     elsewhere = _elsewhere(camera, item, mask, mesh)
     for which, (chosen, _) in elsewhere.items():
         kinds[chosen] = which
+    # Undersides show what they would anyway, from a panel of their own: they are split off for it.
     beneath = _beneath(item, mesh) & np.isin(kinds, _DRAWN_OUT)
     vertices, faces, source, kind = _split(mesh, np.where(beneath, kinds + len(_Look), kinds))
     under, kind = kind >= len(_Look), kind % len(_Look)

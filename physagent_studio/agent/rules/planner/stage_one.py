@@ -22,7 +22,6 @@ from physagent_studio.reconstruction.placement.static_stability import beyond
 from physagent_studio.records import Finding, Proposal, Scene
 
 Repair = tuple[str, str, tuple[Edit, ...]]
-Box = tuple[float, float, float, float]
 
 
 def repair_scene(situation: Situation) -> Proposal:
@@ -248,14 +247,13 @@ def _other_clicks(
     item = situation.program.scene.object(name)
     if scene is None or scene.photo is None or word is None or item is None:
         return
-    if item.grounding.settled or _drawn_box(item) is not None:
+    if item.grounding.settled or item.grounding.box is not None:
         return
     others = [mask for other, mask in scene.masks.items() if other != name]
     taken = np.any(others, axis=0) if others else np.zeros(scene.photo.shape[:2], bool)
     for x, y in places_of(scene.photo, word, taken):
         edits = (
             SetField(path=f"{base}.grounding.points", value=[{"x": x, "y": y, "label": 1}]),
-            SetField(path=f"{base}.grounding.box", value=None),
             SetField(path=f"{base}.grounding.candidate", value=0),
             SetField(path=f"{base}.shape", value=None),
             SetField(path=f"{base}.position", value=None),
@@ -269,7 +267,7 @@ def _other_masks(
 ) -> Iterator[tuple[str, str, tuple[Edit, ...]]]:
     """The segmenter's other masks, best first, with everything that followed from the mask open.
 
-    A mask that a person has chosen stays, and a box that a person drew is not left.
+    A mask that a person has chosen stays, and a box that is drawn around the thing is not left.
     """
     scene = situation.scene
     item = situation.program.scene.object(name)
@@ -277,7 +275,7 @@ def _other_masks(
     if item.grounding.settled:
         return
     offers = scene.candidates.get(name, ()) if scene is not None else ()
-    count, box = len(offers), _drawn_box(item)
+    count, box = len(offers), item.grounding.box
     tried = _tried_masks(situation, name)
     left = [c for c in range(count) if c not in tried and c != item.grounding.candidate]
     left = [c for c in left if box is None or _within(box, offers[c].mask)]
@@ -294,12 +292,7 @@ def _other_masks(
         yield "mask candidate", f"take mask {candidate + 1} of {count} for {name}", edits
 
 
-def _drawn_box(item: SceneObject) -> Box | None:
-    """The box that a person drew around a thing: there it is, whatever its name says."""
-    return None if item.grounding.proposed else item.grounding.box
-
-
-def _within(box: Box, mask: NDArray[np.bool_]) -> bool:
+def _within(box: tuple[float, float, float, float], mask: NDArray[np.bool_]) -> bool:
     """Whether a mask (H, W) ends about where a box that was drawn around the thing does."""
     x0, y0, x1, y1 = box
     loose_ratio = 0.06  # 0..0.2: of the longer side, by which a hand draws a box too narrow

@@ -25,7 +25,7 @@ from physagent_studio.agent.rules.schedule.told_order import (
     wobbles_first,
     wobbles_then,
 )
-from physagent_studio.knowledge.things import is_sheet
+from physagent_studio.knowledge import is_sheet
 from physagent_studio.language import EDGES, EventFrame
 from physagent_studio.program.actions import Action
 from physagent_studio.program.scene.aloft import in_air

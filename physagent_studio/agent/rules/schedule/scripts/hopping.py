@@ -90,10 +90,8 @@ def hop_along(task: Task) -> list[Action]:
     start = act.STEPS.first_step
     for k in range(count):
         force = (
-            act.toward_or_along(speed, toward=name, elevation=elevation)
-            if name is not None
-            else act.toward_or_along(speed, way=side, elevation=elevation)
-            if side is not None
+            act.toward_or_along(speed, toward=name, way=side, elevation=elevation)
+            if name is not None or side is not None
             else act.toward_or_along(upward * lower**k, way="up")
         )
         found += [

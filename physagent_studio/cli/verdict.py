@@ -43,7 +43,11 @@ def tell(report: dict[str, Any], state: LoopState, *, asked: bool, verbose: bool
         output.print_checks(checks)
     elif checks and not asked:
         held = sum(one.ok for one in checks if one.demanded)
-        typer.echo(f"{output.count(held, 'check')} hold (--verbose lists them)")
+        hold = "holds" if held == 1 else "hold"
+        typer.echo(f"{output.count(held, 'check')} {hold} (--verbose lists them)")
+    if best is not None and best.proposal is not None and best.proposal.question:
+        # What is wrong has been said; what a person can do has not.
+        typer.echo(speak(best.proposal.question).rpartition(". ")[2])
     for picture in report.get("pictures", ()):
         typer.echo(f"its candidates: {picture}")
     if not asked and not waits_for(state):

@@ -47,6 +47,16 @@ def test_the_verdict_comes_first_and_then_only_what_fails(tmp_path: Path) -> Non
     assert listed.stdout.count("✓") > 10
 
 
+def test_where_nothing_is_left_to_try_it_says_what_a_person_can_do(tmp_path: Path) -> None:
+    words = ("--prompt", "The red ball rolls to the right.", "--object", "red ball@10,10,11,11")
+    place = ("--yes", "--workspace", str(tmp_path))
+    result = CliRunner().invoke(app, ["run", str(PHOTO), *words, *place])
+    lines = result.stdout.splitlines()
+    assert lines[1].startswith("not realised (stuck): red ball is cut out of the photo, 0 pixels")
+    assert "Can you click on what is missing of red ball?" in lines
+    assert "1 check holds (--verbose lists them)" in lines
+
+
 def _again(home: Path) -> list[str]:
     """The words that go on with the one session there is, which has nothing left to do."""
     (one,) = Store(home).list()

@@ -81,6 +81,9 @@ def holding(mask: BoolArray, points: Sequence[Pixel], reach: int = 4) -> BoolArr
 
 def without_pinholes(mask: BoolArray, share: float) -> BoolArray:
     """The mask with those of its holes filled that are smaller than `share` of its area."""
+    if not mask.any():
+        # Around nothing there is no hole, however large they may be.
+        return mask.copy()
     holes = (~mask).astype(np.uint8)
     count, labels, stats, _ = cv2.connectedComponentsWithStats(holes, connectivity=4)
     rows, columns = mask.shape

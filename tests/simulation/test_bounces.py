@@ -69,3 +69,19 @@ def test_what_falls_into_a_wedge_is_not_thrown_back(kind, restitution, friction)
     again = Simulator().resimulate(clip, {}, rollout, 100)
     assert np.array_equal(again.positions, rollout.positions)
     assert np.array_equal(again.contacts, rollout.contacts)
+
+
+@pytest.mark.parametrize("friction", [0.3, 0.9])
+@pytest.mark.parametrize("restitution", [0.0, 0.4])
+def test_what_is_struck_from_the_side_stays_on_rough_ground(friction, restitution):
+    surface = {"friction": friction, "restitution": restitution}
+    box = thing("box", Box(size=(0.2, 0.2, 0.2)), (0, 0, 0.1), **surface)
+    cart = thing("cart", Box(size=(0.4, 0.2, 0.2)), (-0.6, 0, 0.1), friction=0.1, density=3000)
+    go = SetVelocity(id="go", name="cart", velocity=(3, 0, 0))
+    clip = program([box, cart], [ground(**surface)], [go], seconds=2.0)
+    rollout = Simulator().simulate(clip)
+    # It hopped by 0.1 to 0.7 m, at μ times the speed that it takes on, and flew up to 4.8 m.
+    assert np.ptp(rollout.positions[:, 0, 2]) < 0.06
+    assert 0.5 < rollout.positions[-1, 0, 0] < 2.5
+    again = Simulator().resimulate(clip, {}, rollout, 20)
+    assert np.array_equal(again.positions, rollout.positions)

@@ -26,9 +26,11 @@ def with_hidden_tops(masks: Mapping[str, BoolArray], on: Mapping[str, str]) -> d
 
 
 def _hidden(below: BoolArray, above: BoolArray) -> BoolArray:
-    """(H, W) of the pixels of what stands there those that lie below the line between the tops of
-    the carrier on both sides of it, and above what is seen of the carrier."""
+    """(H, W) of the pixels of what stands there, and of a narrow gap below it that is in no mask,
+    those that lie below the line between the tops of the carrier on both sides of it, and above
+    what is seen of the carrier."""
     side_ratio = 0.12  # 0.03..0.4: over the width of what stands there: how much is seen beside it
+    gap_ratio = 0.1  # 0.02..0.2: over that width: higher gaps are open, between legs
     none = np.zeros_like(below)
     x0, y0, x1, y1 = bounds(above)
     reach = max(3, round(side_ratio * (x1 - x0)))
@@ -44,5 +46,8 @@ def _hidden(below: BoolArray, above: BoolArray) -> BoolArray:
     line = np.interp(columns, (x0 - 1, x1), ends)
     rows = np.arange(below.shape[0])[:, None]
     part = (rows >= line) & (rows < tops[x0:x1])
-    none[:, x0:x1] = part & above[:, x0:x1]
+    own = above[:, x0:x1]
+    foot = np.where(own.any(0), below.shape[0] - own[::-1].argmax(0), below.shape[0])
+    narrow = tops[x0:x1] - foot <= max(3, round(gap_ratio * (x1 - x0)))
+    none[:, x0:x1] = part & (own | ((rows >= foot) & narrow))
     return none

@@ -13,6 +13,7 @@ from physagent_studio.errors import Cancelled
 from physagent_studio.records import Alarm
 from physagent_studio.simulation.actions.schedule import Slot
 from physagent_studio.simulation.actions.world import World
+from physagent_studio.simulation.contacts.friction import GripState
 from physagent_studio.simulation.mj import mj
 from physagent_studio.simulation.stepping.measure import rollout_of
 from physagent_studio.simulation.stepping.trace import SNAPSHOT, Trace
@@ -232,20 +233,39 @@ def _meet(world: World, trace: Trace, step: int, quiet: bool) -> None:
     lively, grip = trace.liveliness, trace.grip
     if quiet:
         trace.log.undisturbed.append(step)
-    if not (quiet and lively.watches):
+    if not lively.watches:
         _step_by_step(world, trace, step)
         return
     lively.mark()
     known = trace.count, trace.acting, grip.state, trace.log.mark()
     _step_by_step(world, trace, step)
-    if lively.has_gained():
+
+    def undo() -> None:
         trace.count, trace.acting, state, read = known
         trace.log.forget(read)
         grip.recall(state)
+
+    hopping = lively.hopping()
+    # What has been close before may part as it likes: it may do so at a stretch as well.
+    if len(hopping) and _has_met(world, trace, known[2], step):
+        undo()
+        rough = lively.slippery(hopping)
+        _step_by_step(world, trace, step)
+        lively.rough(hopping, rough)
+    # What pushes may add energy.
+    if quiet and lively.has_gained():
+        undo()
         kept, grip.firm = lively.take_back(), True
         _step_by_step(world, trace, step)
         grip.firm = False
         lively.give_back(kept)
+
+
+def _has_met(world: World, trace: Trace, before: GripState, step: int) -> bool:
+    """Whether two bodies touch in a control step that were not close before it."""
+    close = world.compiled.pair_bodies[list(before[0])]
+    known = {(min(two), max(two)) for two in close.tolist()}
+    return not trace.log.touching(step * trace.substeps) <= known
 
 
 def _step_by_step(

@@ -96,6 +96,8 @@ _PLAIN = {
     },
     "twice": "a few times|a couple of times|several times",
     "afar": "a long way|a long distance|a great distance",
+    **{f"on the {side}": f"on the far {side}|at the far {side}" for side in ("left", "right")},
+    **{f"afar {way}": f"far {way}" for way in words_of("away across past beyond along down out")},
     "ends_up": "ends up|end up|ended up",
     "does not": "fails to|refuses to|is unable to|is not able to",
     "do not": "fail to|refuse to",
@@ -129,7 +131,8 @@ _PLAIN = {
     "over": "off balance|off its balance",
     "hundred": "hundred and",
     **{
-        f"afar {side}wards": "|".join(
+        f"afar {side}wards": f"far to the {side}|"
+        + "|".join(
             f"to the {side} {rim} of the {view}"
             for rim in ("edge", "side", "border", "end")
             for view in ("picture", "image", "frame", "photo", "photograph", "screen", "view")

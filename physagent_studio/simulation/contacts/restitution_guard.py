@@ -9,9 +9,11 @@ that is how such a control step is run again. A wedge does hold what falls into 
 
 For the same reason what stands on rough ground and is struck from the side leaves the ground at μ
 times the speed that it takes on: a cone that a truck knocks away at 2.5 m/s flew 0.3 m high. The
-blow is over long before the ground's friction has done anything, so where something that lay
-close parts like that, the control step is run again without this friction.
+blow is over long before the ground's friction has done anything, so where something would hop
+higher than a little like that, the control step is run again with less of this friction.
 """
+
+import math
 
 import numpy as np
 
@@ -25,11 +27,8 @@ GAIN = 0.05
 LEAST = 1e-3
 """m²/s² of kinetic energy per kg below which nothing is seen to move."""
 
-HOP = 0.25
-"""m/s with which something parts from what it lay on, from which that is looked at."""
-
-SLIPPERY = 1e-4
-"""Friction of a contact that shall have none."""
+HOP = 0.03
+"""Share of its own size by which what is struck may hop."""
 
 STATE = mj.mjtState.mjSTATE_INTEGRATION.value
 
@@ -49,6 +48,11 @@ class Liveliness:
         reach = compiled.reach
         self._places = [at for _, at, _, _ in reach.objects] if reach is not None else []
         self._things = int(compiled.geom_bodies.max(initial=0)) + 1
+        # m/s with which a thing parts that rises so much; supports are as large as can be.
+        self._parting = np.full(self._things, np.inf)
+        pull = float(np.linalg.norm(self._model.opt.gravity))
+        for index, (_, _, radius, _) in enumerate(reach.objects if reach is not None else ()):
+            self._parting[index] = math.sqrt(2 * pull * HOP * 2 * radius) if pull else math.inf
         self._speeds = np.empty((0, 3))
         self._then: Data | None = None
         self._state = np.empty(mj.mj_stateSize(self._model, STATE) if self.watches else 0)
@@ -70,11 +74,12 @@ class Liveliness:
         """Whether the control step since `mark` has gained more energy than it may."""
         return sum(self._energies()) > self._energy + self._limit
 
-    def hopping(self) -> IntArray:
-        """Pairs that lay close at `mark` and part since, as fast as only friction drives them."""
+    def hopping(self) -> tuple[IntArray, FloatArray]:
+        """Pairs that lay close at `mark` and part too fast since, and the share of their friction
+        with which they would not."""
         now = self._linear()
-        if np.abs(now - self._speeds).max(initial=0.0) < HOP:
-            return np.empty(0, np.int32)
+        if np.abs(now - self._speeds).max(initial=0.0) < self._parting.min(initial=np.inf):
+            return np.empty(0, np.int32), np.empty(0)
         normals, geoms = self._lay()
         bodies = self._compiled.geom_bodies[geoms]
         before, after = (
@@ -85,15 +90,18 @@ class Liveliness:
         slip = np.linalg.norm(
             now[bodies[:, 1]] - now[bodies[:, 0]] - after[:, None] * normals, axis=1
         )
+        most = self._parting[bodies].min(axis=1)
         owed = 0.5 * self._model.pair_friction[pairs, 0] * slip
-        hops = (pairs >= 0) & (np.abs(before) < HOP) & (after > np.maximum(HOP, owed))
-        return np.unique(pairs[hops])
+        hops = (pairs >= 0) & (np.abs(before) < most) & (after > np.maximum(most, owed))
+        found, first = np.unique(pairs[hops], return_index=True)
+        return found, (most / np.maximum(after, 1e-9))[hops][first]
 
-    def slippery(self, pairs: IntArray) -> FloatArray:
-        """Puts the engine back to `mark`, these pairs without friction; it, to put back later."""
+    def slippery(self, pairs: IntArray, share: FloatArray) -> FloatArray:
+        """Puts the engine back to `mark`, these pairs with a share of their friction; what they
+        had, to put back later."""
         mj.mj_setState(self._model, self._data, self._state, STATE)
         kept = self._model.pair_friction[pairs].copy()
-        self._model.pair_friction[pairs] = SLIPPERY
+        self._model.pair_friction[pairs] = kept * share[:, None]
         return kept
 
     def rough(self, pairs: IntArray, kept: FloatArray) -> None:

@@ -245,11 +245,11 @@ def _meet(world: World, trace: Trace, step: int, quiet: bool) -> None:
         trace.log.forget(read)
         grip.recall(state)
 
-    hopping = lively.hopping()
+    hopping, share = lively.hopping()
     # What has been close before may part as it likes: it may do so at a stretch as well.
     if len(hopping) and _has_met(world, trace, known[2], step):
         undo()
-        rough = lively.slippery(hopping)
+        rough = lively.slippery(hopping, share)
         _step_by_step(world, trace, step)
         lively.rough(hopping, rough)
     # What pushes may add energy.

@@ -26,6 +26,8 @@ class BlowSettings:
     shoved_sizes: float = 0.6  # own sizes, 0.2..2: that a thing slides on that is hit
     away_sizes: float = 2.0  # own sizes, 1..4: the same of one that is knocked away
     rolled_sizes: float = 2.0  # own sizes, 0.5..5: that a ball rolls on that is hit
+    # ratio, 1..2: over the speed that fells what does not slide away
+    knock_ratio: float = 1.6
 
 
 BLOW = BlowSettings()
@@ -78,7 +80,7 @@ def _knocking_speed(layout: Layout, own: str, other: str) -> float:
         layout.mass(other), layout.height(other), width, layout.mass(own),
         layout.touch(own, other).restitution, max(at, 0.2 * layout.height(other)),
     )  # fmt: skip
-    return 1.3 * knock
+    return BLOW.knock_ratio * knock
 
 
 def _shoving_speed(layout: Layout, own: str, other: str, away: bool) -> float:

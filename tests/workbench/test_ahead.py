@@ -79,6 +79,48 @@ def test_a_search_has_the_same_bits_on_any_number_of_cores(
         pool.close()
 
 
+class Foreseeing:
+    """Trials one after the other; notes what was foreseen while each was waited for."""
+
+    def __init__(self, engine: Engine, scene: Any) -> None:
+        self.engine, self.scene = engine, scene
+        self.asked: list[PhysicalProgram] = []
+        self.foreseen: list[list[PhysicalProgram]] = []
+
+    def take(self, program: PhysicalProgram, then: Callable[[], Any] = tuple) -> Trial:
+        self.asked.append(program)
+        self.foreseen.append(list(then()))
+        return self.engine.trial(program, self.scene)
+
+    def give_up(self) -> None:
+        pass
+
+
+def test_what_is_asked_for_in_any_case_is_foreseen_long_before(tmp_path: Path) -> None:
+    target = slider(0.6)
+    case = Case("bare", prompt=target.program.event.prompt)
+    session = Store(tmp_path).create(case, LoopState())
+    try:
+        engine = Engine(session, case, evidence=False)
+        try_out = trial_of(target.scene, engine.bench())
+        first = try_out(target.program)
+        ahead = Foreseeing(engine, target.scene)
+        situation = Situation(
+            case, target.program, target.scene, first.rollout,
+            Assessment(stage="simulation", passed=False, checks=first.checks), Memory(), try_out,
+            ahead=ahead,  # type: ignore[arg-type]
+        )  # fmt: skip
+        search = Search(situation, limit=11)
+        search.carry_out(planned)
+    finally:
+        session.close()
+    # What is waited for comes first, and the first population, of which no draw follows from an
+    # answer, is seen coming from the second trial of the line on.
+    assert all(seen[0] is one for seen, one in zip(ahead.foreseen, ahead.asked, strict=True))
+    drawn = ahead.asked[4:7]
+    assert all(any(one is other for other in ahead.foreseen[1]) for one in drawn)
+
+
 def test_what_is_only_rougher_is_not_drawn_again(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

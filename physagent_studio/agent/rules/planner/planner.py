@@ -55,7 +55,10 @@ class _Ways:
     """What may be changed: worked out once, however often a search is played through."""
 
     def __init__(self, situation: Situation) -> None:
-        """directed: changes of the schedule. knobs_after: what is turned in a candidate then."""
+        """directed: changes of the schedule; structural: repairs. knobs: what is turned;
+        knobs_after: in a candidate."""
+        self.structural = cache(lambda: (*structural(situation),))
+        self.knobs = cache(partial(relevant_knobs, situation))
         self.directed = cache(lambda: (*direct(situation),))
         self.knobs_after = cache(partial(_knobs_after, situation))
 
@@ -133,7 +136,7 @@ class RulePlanner:
         """Factor after factor, then several together, then other actions, verified facts last."""
         bias = bias_of(situation)
         for verified in (False, True):
-            knobs = relevant_knobs(situation, verified)
+            knobs = ways.knobs(verified)
             if not knobs:
                 continue
             found = self._rounds(situation, ways, search, knobs, bias, verified)
@@ -166,7 +169,7 @@ class RulePlanner:
         # A row that goes as one was struck too hard for any small change to tell.
         idle |= "wrong_order" in codes and goes_in_turn(situation)
         if idle and not verified:
-            found = self._restructured(situation, ways, search, bias, structural(situation))
+            found = self._restructured(situation, ways, search, bias, ways.structural())
             if found is not None:
                 return found
         singles: list[tuple[Score, Knob]] = []
@@ -177,7 +180,7 @@ class RulePlanner:
                     return found
                 singles.append((found.score, knob))
         if not idle and not verified:
-            changes = (*structural(situation), *ways.directed())
+            changes = (*ways.structural(), *ways.directed())
             found = self._restructured(situation, ways, search, bias, changes)
             if found is not None:
                 return found

@@ -29,7 +29,11 @@ class TrialSettings:
     max_runs: int = 200  # count, 20..1000: of one proposal
     # the statement's measure, 0.01..0.2: from here noise does not matter
     sturdy_margin: float = 0.05
-    foreseen_runs: int = 3  # count, 1..16: of what is asked for next, begun where cores are free
+    foreseen_runs: int = 12  # count, 1..16: of what is asked for next, begun where cores are free
+    dreamt_runs: int = 30  # count, 4..64: how far a search is played through for that
+    guessed_ratio: float = (
+        0.9  # ratio, 0.5..1: of the least shortfall, that a guess has that is better
+    )
 
 
 TRIAL = TrialSettings()
@@ -107,6 +111,7 @@ class Search:
     _changed: dict[str, tuple[PhysicalProgram, str] | None] = field(default_factory=dict)
     _rejected: frozenset[str] | None = None
     _foreseen: Callable[[], Sequence[PhysicalProgram]] = tuple
+    _rises: bool = False
 
     @property
     def exhausted(self) -> bool:
@@ -155,9 +160,14 @@ class Search:
         self.runs += 1
         found = self._found(program, key, edits, turned)
         self._known[key] = found
-        if found is not None and (self.best is None or better(found, self.best)):
-            self.best = found
+        self._note(found)
         return found
+
+    def _note(self, found: Candidate | None) -> None:
+        """Remembers what is best, and whether the last one was."""
+        self._rises = found is not None and (self.best is None or better(found, self.best))
+        if self._rises:
+            self.best = found
 
     def _change(self, edits: tuple[Edit, ...]) -> tuple[PhysicalProgram, str] | None:
         """The program with edits applied and its hash; None where they may not be, or make none."""
@@ -216,12 +226,27 @@ class _FarEnoughError(Exception):
 class _Dream(Search):
     """A search that is played through: what has been run answers, what has not is guessed.
 
-    A guess is that nothing changes. coming: what was guessed, in the order in which it was asked
-    for.
+    A guess is that nothing changes, or where `hopes` that each is a little better than the best.
+    coming: the edits of what was guessed, in the order in which it was asked for.
     """
 
+    hopes: bool = False
     answers: dict[str, Candidate | None] = field(default_factory=dict)
-    coming: list[PhysicalProgram] = field(default_factory=list)
+    coming: list[tuple[Edit, ...]] = field(default_factory=list)
+    _guessed: dict[str, Candidate] = field(default_factory=dict)
+
+    def run(
+        self, edits: tuple[Edit, ...], turned: tuple[tuple[Knob, float], ...] = ()
+    ) -> Candidate | None:
+        """See `Search.run`; a turned number is guessed at without making the program."""
+        asked = repr(edits)
+        if not turned or asked in self._changed:
+            return super().run(edits, turned)
+        if asked not in self._guessed and not self.exhausted:
+            self.runs += 1
+            found = self._guessed[asked] = self._guess(self.situation.program, edits, turned)
+            self._note(found)
+        return self._guessed.get(asked)
 
     def _found(
         self,
@@ -230,19 +255,49 @@ class _Dream(Search):
         edits: tuple[Edit, ...],
         turned: tuple[tuple[Knob, float], ...],
     ) -> Candidate | None:
-        if key in self.answers:
-            return self.answers[key]
-        if len(self.coming) > TRIAL.foreseen_runs:
+        known = key in self.answers
+        return self.answers[key] if known else self._guess(program, edits, turned)
+
+    def _guess(
+        self,
+        program: PhysicalProgram,
+        edits: tuple[Edit, ...],
+        turned: tuple[tuple[Knob, float], ...],
+    ) -> Candidate:
+        if len(self.coming) > TRIAL.dreamt_runs:
             raise _FarEnoughError
-        self.coming.append(program)
-        return replace(self.start(), program=program, edits=edits, turned=turned)
+        self.coming.append(edits)
+        guess = self.start()
+        score = guess.score
+        if self.hopes:
+            score = min(score, self.best.score) if self.best is not None else score
+            score = Score(score.failing, TRIAL.guessed_ratio * score.shortfall)
+        return replace(guess, program=program, edits=edits, turned=turned, score=score)
 
 
 def _coming(
     begun: Search, now: Search, plan: Callable[[Search], object]
 ) -> Sequence[PhysicalProgram]:
-    """What a plan asks for from here on, if nothing that it still waits for makes a difference."""
-    dream = _Dream(**{f.name: getattr(begun, f.name) for f in fields(Search)}, answers=now._known)
+    """What a plan asks for from here on, likeliest first.
+
+    Along one number each step follows from the answers to those before: what has got better goes
+    on to do so, and what has not does not. After one such guess comes what is asked for whatever
+    the answers are, such as the first steps along the next number.
+    """
+    same, hoped = (_dreamt(begun, now, plan, hopes) for hopes in (False, True))
+    lead, sure = hoped if now._rises else same, {*map(repr, same)} & {*map(repr, hoped)}
+    first = 2 if now._rises else 1
+    likeliest = lead[:first] + sorted(lead[first:], key=lambda edits: repr(edits) not in sure)
+    changed = (begun._change(edits) for edits in likeliest[: TRIAL.foreseen_runs + 1])
+    return [one[0] for one in changed if one is not None]
+
+
+def _dreamt(
+    begun: Search, now: Search, plan: Callable[[Search], object], hopes: bool
+) -> list[tuple[Edit, ...]]:
+    """What a plan asks for if the answers that it waits for are all alike, see `_Dream`."""
+    own = {f.name: getattr(begun, f.name) for f in fields(Search)}
+    dream = _Dream(**own, answers=now._known, hopes=hopes)
     dream._known = dict(begun._known)
     # What goes wrong here is no answer to what is waited for; it will go wrong in earnest as well.
     with suppress(_FarEnoughError, StudioError):

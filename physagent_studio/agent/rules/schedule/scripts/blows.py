@@ -27,7 +27,9 @@ class BlowSettings:
     away_sizes: float = 2.0  # own sizes, 1..4: the same of one that is knocked away
     rolled_sizes: float = 2.0  # own sizes, 0.5..5: that a ball rolls on that is hit
     # ratio, 1..2: over the speed that fells what does not slide away
-    knock_ratio: float = 1.6
+    knock_ratio: float = 1.3
+    # ratio, 1..2: over what is needed after a blow, for what is lost of it until the next one
+    handing_on_ratio: float = 1.25
 
 
 BLOW = BlowSettings()
@@ -108,7 +110,7 @@ def _handing_on(layout: Layout, own: str, struck: Intent, links: int) -> float:
     aim = level(layout.position(struck.hits[0]) - layout.position(other))
     after = sent_off(needed, _slowing(layout, other), float(np.linalg.norm(aim)))
     sliding = BLOW.sliding_ratio if layout.rolls(other) else 1.0
-    return _to_hand_on(layout, own, other, after * sliding)
+    return _to_hand_on(layout, own, other, BLOW.handing_on_ratio * after * sliding)
 
 
 def _over_the_edge(layout: Layout, intent: Intent, struck: Intent) -> float:

@@ -18,6 +18,7 @@ class StoppingSettings:
     """How what hits something stops."""
 
     after_blow_sizes: float = 0.4  # own sizes, 0.1..1: that it goes on or back after what it hit
+    braked_sizes: float = 1.0  # own sizes, 0.3..3: that what is driven goes on after what it knocks
     slid_on_m: float = 0.05  # m, 0.01..0.1: that it would slide on, where it stops at what it hit
 
 
@@ -56,8 +57,10 @@ def brake(
     rolls, hits = task.layout.rolls(task.name), task.intent.hits
     near = task.intent.place("near", senses=("stop",))
     at_it = near is None or near.name in hits
-    if hits and task.intent.stops_last and at_it and task.layout.has(hits[0]):
-        short = STOPPING.after_blow_sizes * task.layout.size(task.name)
+    ends = task.intent.stops_last and at_it
+    if hits and (ends or _is_driven_against(task)) and task.layout.has(hits[0]):
+        sizes = STOPPING.after_blow_sizes if ends else STOPPING.braked_sizes
+        short = sizes * task.layout.size(task.name)
         force = act.against(max(speed * speed / (2 * short), 0.2))
         when = act.on_contact(task.name, hits[0])
         steps = task.clip.steps
@@ -79,3 +82,10 @@ def brake(
     duration = max(task.clip.steps - first - 1, 1)
     force = act.against(slowing)
     return [act.push(task.name, force, start=first, duration=duration, label="brake")]
+
+
+def _is_driven_against(task: Task) -> bool:
+    """What is on wheels and hits something last, which it does not push along: who drives brakes
+    there."""
+    last = task.intent.frames[-1]
+    return task.wheels is not None and task.name in last.agent and not task.intent.shoves

@@ -166,7 +166,9 @@ def test_what_is_set_down_is_at_rest_where_it_stood() -> None:
 def test_off_the_end_is_across_the_length() -> None:
     program = first(BELT, "The can slides off the end of the belt.")
     path = simulate(program, {}).positions[:, 0]
-    assert path[-1, 0] > 0.6
+    # It may roll back below the belt, once it has come down beyond its end.
+    falling = path[path[:, 2] < 0.5]
+    assert falling[0, 0] > 0.6
     assert program.scene.landmark("belt_end") is not None
 
 

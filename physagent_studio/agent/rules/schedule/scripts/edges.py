@@ -14,6 +14,7 @@ from physagent_studio.agent.rules.schedule.scripts.blows import blow
 from physagent_studio.agent.rules.schedule.scripts.flight import seen_up
 from physagent_studio.agent.rules.schedule.scripts.task import Task
 from physagent_studio.language import EDGES
+from physagent_studio.language.tokens.vocabulary import words_of
 from physagent_studio.program.actions import Action, Directed
 
 
@@ -22,6 +23,9 @@ class EdgeSettings:
     """How what leaves a table does so."""
 
     leap_sizes: float = 1.0  # own sizes, 0.3..2: how high what jumps off it goes
+    # over √(g · size), 0.1..0.6: speed at the edge of what is shoved all the way there
+    shoved_ratio: float = 0.35
+    past_sizes: float = 0.15  # own sizes, 0..0.4: how far past the edge it is shoved
 
 
 EDGE = EdgeSettings()
@@ -43,8 +47,34 @@ def off_edge(task: Task) -> list[Action]:
     flips = task.intent.has("flip", "topple", "lose_balance")
     point = act.top_point(task.layout, task.name) if flips and not _counts(task) else None
     start = _start_of_row(task)
+    if _is_shoved(task, speed, needed):
+        return [_shoved(task, way, distance, start)]
     first = act.push(task.name, vector, start=start, point=point)
     return [first, *_tumble(task, way, distance, speed, start)]
+
+
+_SENT = words_of(
+    "kick throw hit strike knock flip topple lose_balance fly collapse crash fling roll"
+)
+
+
+def _is_shoved(task: Task, speed: float, needed: float) -> bool:
+    """Whether it slides off under something that goes along, and is not sent off by a blow."""
+    item, intent = task.layout.state.object(task.name), task.intent
+    rigid = item is not None and item.body.kind == "rigid" and task.wheels is None
+    sent = intent.has(*_SENT) or bool(intent.struck_by) or intent.manner("fast", "hard", "flicked")
+    led = speed <= needed and not task.layout.rolls(task.name)
+    alone = not task.layout.above(task.name) and all(len(f.patient) < 2 for f in intent.frames)
+    return rigid and led and alone and not sent and task.speed is None
+
+
+def _shoved(task: Task, way: FloatArray, distance: float, start: int) -> Action:
+    """Pushed from rest until it is a little past the edge, no faster than it has to be."""
+    size = task.layout.size(task.name)
+    whole = distance + EDGE.past_sizes * size
+    speed = max(EDGE.shoved_ratio * math.sqrt(mech.G * size), 2 * whole / task.seconds(0.5))
+    steps = round(2 * whole / speed / task.clip.step_seconds)
+    return act.push(task.name, _aimed(task, way, speed), start=start, duration=steps)
 
 
 def _leap_off(task: Task, way: FloatArray, distance: float) -> Action:

@@ -17,7 +17,7 @@ from physagent_studio.agent.rules.contract.specs import (
     spec,
     ways_of,
 )
-from physagent_studio.agent.rules.scene.framing import good_way
+from physagent_studio.agent.rules.scene.framing import free_way, good_way
 from physagent_studio.agent.rules.scene.measures import WAYS, place_name
 from physagent_studio.agent.rules.scene.sides import lying_from, stands_tall
 from physagent_studio.language import EventFrame
@@ -41,7 +41,7 @@ POSTURE = PostureSettings()
 
 def travel(c: Context) -> list[Spec]:
     """That it moves, along the way that is said, towards what is named."""
-    distance = _least_way(c)
+    distance = least_way(c)
     if _comes_back_down(c):
         return [spec("falls", c.subject, drop=c.length(0.3, 0.015, 0.1))]
     ways: list[Direction] = [
@@ -95,7 +95,8 @@ def _comes_back_down(c: Context) -> bool:
     return c.frame.direction == "down" and below and up
 
 
-def _least_way(c: Context) -> float:
+def least_way(c: Context) -> float:
+    """How far it goes at least, as far as room is left to, m."""
     if c.frame.distance is not None:
         return round(0.8 * c.frame.distance, 4)
     if "out" in c.frame.manner:
@@ -129,6 +130,9 @@ def least_along(c: Context, distance: float, way: Direction) -> float:
         return max(round(POSTURE.out_share * own, 3), c.length(0.5, 0.02, 0.2))
     share = 0.8  # 0.5..1: of the way that the schedule has it go
     room = share * good_way(c.layout, c.subject, WAYS[way])
+    if "far" in c.frame.manner:
+        far_share = 0.65  # 0.5..0.9: of all the way that is free
+        room = max(room, far_share * free_way(c.layout, c.subject, WAYS[way]))
     return round(min(distance, max(room, c.length(0.1, 0.01, 0.05))), 3)
 
 

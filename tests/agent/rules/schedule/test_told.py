@@ -54,7 +54,8 @@ def test_what_sinks_slowly_from_high_up_sinks_evenly_and_gets_there():
     stage = Stage("yard", things)
     rollout = simulate(program_of(stage, "The board sinks slowly down to the ground."))
     assert -rollout.velocities[:, 0, 2].min() < 0.6
-    assert rollout.positions[-1, 0, 2] < 0.1
+    # It has its weight back where it lands, and does not rise again.
+    assert rollout.positions[-1, 0, 2] < 0.02
 
 
 def test_on_top_of_a_slope_it_goes_the_way_that_is_said():

@@ -302,22 +302,29 @@ def float_down(task: Task) -> list[Action]:
     drop = task.layout.gap(task.name, ramp.name if ramp else task.layout.ground())
     drop = drop if math.isfinite(drop) and below is None else 0.3
     sink = float(2 * max(drop, 0.05) / task.seconds(0.8) ** 2)
+    # Without its weight it would rise again from where it lands.
+    weight = act.toward_or_along(mech.G, way="down", quantity="acceleration")
+    landed = act.on_contact(task.name, ramp.name if ramp else task.layout.ground())
+    settled = act.push(
+        task.name, weight, start=0, when=landed, duration=task.clip.steps, label="settle"
+    )
+    rest = [settled] if below is None else []
     if sink <= FLOATING.max_sink_mps2:
         force = act.toward_or_along(
             mech.G - max(sink, FLOATING.min_sink_mps2), way="up", quantity="acceleration"
         )
-        return [act.push(task.name, force, start=0, duration=task.clip.steps, label="lift")]
+        return [act.push(task.name, force, start=0, duration=task.clip.steps, label="lift"), *rest]
     # From high up it would end too fast: it soon sinks evenly.
     first = task.seconds(FLOATING.start_share)
     sink = drop / (task.seconds(0.8) - first / 2) / first
     steps = round(first / task.clip.step_seconds)
     slow = act.toward_or_along(mech.G - sink, way="up", quantity="acceleration")
     even = act.toward_or_along(mech.G, way="up", quantity="acceleration")
-    # Only until it is there: without its weight it would rise again from the ground.
     left = round(task.seconds(0.8) / task.clip.step_seconds) - steps
     return [
         act.push(task.name, slow, start=0, duration=steps, label="lift"),
         act.push(task.name, even, start=steps, duration=left, label="lift_on"),
+        *rest,
     ]
 
 

@@ -23,6 +23,8 @@ class RevolutionSettings:
     rings_count: int = 44  # 12..200: from its foot to its top
     spur_share: float = 0.12  # 0.03..0.4: of the silhouette: a narrower end may be a spur of shade
     spur_factor: float = 2.5  # 1.5..6: by which the silhouette widens within two rows behind a spur
+    # 0.5..1: of half a row's width, from which on a narrower ring is only a rough outline
+    rim_share: float = 0.8
 
 
 REVOLUTION = RevolutionSettings()
@@ -69,7 +71,8 @@ def revolved(
     sample = np.linspace(centres[-1], centres[0], REVOLUTION.rings_count)
     points = on_upright(camera, np.column_stack([np.full(REVOLUTION.rings_count, axis), sample]), y)
     depth = camera.project(points)[1]
-    radius = np.interp(sample, centres, half[first : last + 1]) * depth / camera.focal
+    rings = _rings(half, slope)[first : last + 1]
+    radius = np.interp(sample, centres, rings) * depth / camera.focal
     radius = np.convolve(np.pad(radius, 1, mode="edge"), (0.25, 0.5, 0.25), mode="valid")
     height = points[:, 2] - points[0, 2]
     if not np.all(np.diff(height) > 0) or not np.isfinite(radius).all():
@@ -80,6 +83,20 @@ def revolved(
     x = float(np.average(points[:, 0], weights=radius))
     shape = Revolved(profile=tuple((z - centre, r) for z, r in profile))
     return shape, (x, y, foot + centre)
+
+
+def _rings(half: FloatArray, slope: float) -> FloatArray:
+    """px; radius in each row of the widest ring about the axis that no row of the outline cuts.
+
+    A ring is seen as an ellipse, as wide as in its own row only there: a flat plate from above
+    covers as many rows as a low drum, but a ring as wide as the plate fits in its middle row alone.
+    """
+    if slope < math.sin(math.radians(1)):
+        return half
+    reach = np.pad(half, 1)
+    away = (np.arange(len(reach)) - np.arange(1, len(half) + 1)[:, None]) / slope
+    widest = np.sqrt((reach**2 + away**2).min(1))
+    return np.asarray(np.where(widest < REVOLUTION.rim_share * half, widest, half))
 
 
 def _end(half: FloatArray, slope: float) -> int:

@@ -48,3 +48,24 @@ def test_what_comes_to_a_point_keeps_it() -> None:
     assert made is not None
     profile = made[0].profile
     assert profile[-1][1] < 0.12 * max(radius for _, radius in profile)
+
+
+def test_a_flat_plate_from_above_is_no_drum() -> None:
+    """A cone .2 m high on a plate of a centimetre: both are seen as one silhouette."""
+    view, cone = seen_from_above(0.01, 0.06)
+    around = np.linspace(0, 2 * math.pi, 80)
+    plate = np.zeros(cone.shape, np.uint8)
+    rims = [
+        np.column_stack([0.15 * np.cos(around), 2 + 0.15 * np.sin(around), np.full(80, z)])
+        for z in (0.0, 0.01)
+    ]
+    hull = cv2.convexHull(view.project(np.vstack(rims))[0].astype(np.float32))
+    cv2.fillConvexPoly(plate, hull.round().astype(np.int32), 1)
+    made = revolved(view, cone | (plate > 0), Base(0.0, 2.0, 0.0))
+    assert made is not None
+    profile = np.array(made[0].profile)
+    height = profile[:, 0] - profile[0, 0]
+    wide = height[profile[:, 1] > 0.11]
+    # Read row by row the plate was half as high as it is seen.
+    assert np.ptp(wide) < 0.035
+    assert np.interp(0.1, height, profile[:, 1]) == pytest.approx(0.035, abs=0.01)

@@ -18,7 +18,6 @@ class StoppingSettings:
     """How what hits something stops."""
 
     after_blow_sizes: float = 0.4  # own sizes, 0.1..1: that it goes on or back after what it hit
-    braked_sizes: float = 1.0  # own sizes, 0.3..3: that what is driven goes on after what it knocks
     slid_on_m: float = 0.05  # m, 0.01..0.1: that it would slide on, where it stops at what it hit
 
 
@@ -57,10 +56,9 @@ def brake(
     rolls, hits = task.layout.rolls(task.name), task.intent.hits
     near = task.intent.place("near", senses=("stop",))
     at_it = near is None or near.name in hits
-    ends = task.intent.stops_last and at_it
-    if hits and (ends or _is_driven_against(task)) and task.layout.has(hits[0]):
-        sizes = STOPPING.after_blow_sizes if ends else STOPPING.braked_sizes
-        short = sizes * task.layout.size(task.name)
+    ends = (task.intent.stops_last and at_it) or _is_driven_against(task)
+    if hits and ends and task.layout.has(hits[0]):
+        short = STOPPING.after_blow_sizes * task.layout.size(task.name)
         force = act.against(max(speed * speed / (2 * short), 0.2))
         when = act.on_contact(task.name, hits[0])
         steps = task.clip.steps

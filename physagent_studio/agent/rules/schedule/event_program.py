@@ -41,7 +41,7 @@ def schedule(reading: Reading, layout: Layout, clip: Clip) -> tuple[Action, ...]
     for name, place in raised.items():
         # The photo has it standing: it is seen to rise, and does not jump.
         actions += act.raised(name, float((place - layout.position(name))[2]))
-    layout = layout.with_places(raised)
+    before, layout = layout, layout.with_places(raised)
     actions += [act.hold(name, clip.steps) for name in stays_on_slope(reading, layout)]
     company = leaders(reading, layout)
     for task in (t for t in tasks_of(reading, layout, clip) if t.name not in company):
@@ -52,9 +52,21 @@ def schedule(reading: Reading, layout: Layout, clip: Clip) -> tuple[Action, ...]
             # "After a second it rolls down the ramp": not before.
             actions.append(act.hold(task.name, act.STEPS.first_step + wait))
         for action in script_for(task)(task):
+            if task.name in raised and _waits_for_touch(action, before):
+                continue
             later = act.later(action, wait) if first is None else _once(action, first)
             actions += [a for a in [_fitted(later, clip, actions)] if a is not None]
     return tuple([*actions, *pushed_alike(actions, company, layout)][:500])
+
+
+def _waits_for_touch(action: Action, layout: Layout) -> bool:
+    """Whether it waits for a thing to touch what it touches from the start, in the layout."""
+    when = getattr(action, "when", None)
+    near_m = 0.005  # m, 0.001..0.02: of two that touch
+    if not isinstance(when, OnContact):
+        return False
+    other = when.b if when.a == action.name else when.a
+    return layout.gap(action.name, other) < near_m
 
 
 def stays_on_slope(reading: Reading, layout: Layout) -> list[str]:

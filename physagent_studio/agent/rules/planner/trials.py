@@ -31,9 +31,8 @@ class TrialSettings:
     sturdy_margin: float = 0.05
     foreseen_runs: int = 12  # count, 1..16: of what is asked for next, begun where cores are free
     dreamt_runs: int = 30  # count, 4..64: how far a search is played through for that
-    guessed_ratio: float = (
-        0.9  # ratio, 0.5..1: of the least shortfall, that a guess has that is better
-    )
+    # ratio, 0.5..1: of the least shortfall so far, that a guess has that gets better
+    guessed_ratio: float = 0.9
 
 
 TRIAL = TrialSettings()

@@ -91,6 +91,7 @@ class Liveliness:
             now[bodies[:, 1]] - now[bodies[:, 0]] - after[:, None] * normals, axis=1
         )
         most = self._parting[bodies].min(axis=1)
+        # What slips parts at μ times that; far slower, and it slipped before, and friction held it.
         owed = 0.5 * self._model.pair_friction[pairs, 0] * slip
         hops = (pairs >= 0) & (np.abs(before) < most) & (after > np.maximum(most, owed))
         found, first = np.unique(pairs[hops], return_index=True)

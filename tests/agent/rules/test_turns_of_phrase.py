@@ -56,6 +56,8 @@ def test_which_of_two_is_meant_by_how_far_away_it_is(prompt: str, subjects: list
         ("The car nudges the box.", "push", {"gentle"}),
         ("The ball rolls a short way.", "roll", {"slight"}),
         ("The ball rolls a long way to the right.", "roll", {"far"}),
+        ("The ball rolls far to the right.", "roll", {"far"}),
+        ("The ball rolls far along the ramp.", "roll", {"far"}),
         ("The truck backs up into the box.", "move", {"backwards"}),
         ("The truck backs into the box.", "move", {"backwards"}),
         ("The truck backs up to the box.", "move", {"backwards"}),

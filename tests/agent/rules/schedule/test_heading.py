@@ -242,3 +242,18 @@ def test_on_level_ground_what_slides_up_goes_to_the_upper_rim_of_the_picture():
     program = program_of(stage, "The spoon slides up and stops.")
     (moved,) = (s for s in program.contract.statements if s.kind == "moves" and not s.negated)
     assert moved.direction == "away"
+
+
+@pytest.mark.parametrize(
+    ("prompt", "brakes"),
+    [
+        ("The toy car drives to the left and knocks over the bottle.", True),
+        ("The toy car drives to the left, knocks over the bottle and drives on.", False),
+        ("The toy car drives to the left and pushes the bottle away.", False),
+    ],
+)
+def test_who_drives_against_something_brakes_there(prompt, brakes):
+    bottle = (Cylinder(radius=0.03, height=0.25), (-0.5, 2.5, 0.125), "floor")
+    stage = yard(0, bottle=bottle)
+    labels = {action.id for action in program_of(stage, prompt).event.actions}
+    assert ("brake_toy_car" in labels) == brakes

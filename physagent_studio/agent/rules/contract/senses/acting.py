@@ -90,12 +90,11 @@ def _pushed_away(c: Context) -> list[Spec]:
     # At its own size it has just left its place; at half as much more there is a gap to be seen.
     far = c.length(AWAY.away_sizes, 0.08, 0.4) if away else c.length(0.7, 0.05, 0.15)
     distance = c.length(0.1, 0.01, 0.05) if softly else far
-    if ways and "far" in c.frame.manner:
-        return [any_of(*(spec("moves", c.subject, distance=least_along(c, least_way(c), w),
-                              direction=w) for w in ways))]  # fmt: skip
-    if ways:
-        return [any_of(*(spec("moves", c.subject, distance=distance, direction=w) for w in ways))]
-    return [spec("moves", c.subject, distance=distance)]
+    if not ways:
+        return [spec("moves", c.subject, distance=distance)]
+    told_far = "far" in c.frame.manner
+    least = {w: least_along(c, least_way(c), w) if told_far else distance for w in ways}
+    return [any_of(*(spec("moves", c.subject, distance=least[w], direction=w) for w in ways))]
 
 
 def kick(c: Context) -> list[Spec]:

@@ -47,8 +47,8 @@ def off_edge(task: Task) -> list[Action]:
     flips = task.intent.has("flip", "topple", "lose_balance")
     point = act.top_point(task.layout, task.name) if flips and not _counts(task) else None
     start = _start_of_row(task)
-    if _is_shoved(task, speed, needed):
-        return [_shoved(task, way, distance, start)]
+    if _is_shoved_off(task, speed, needed):
+        return [_shoved_off(task, way, distance, start)]
     first = act.push(task.name, vector, start=start, point=point)
     return [first, *_tumble(task, way, distance, speed, start)]
 
@@ -58,7 +58,7 @@ _SENT = words_of(
 )
 
 
-def _is_shoved(task: Task, speed: float, needed: float) -> bool:
+def _is_shoved_off(task: Task, speed: float, needed: float) -> bool:
     """Whether it slides off under something that goes along, and is not sent off by a blow."""
     item, intent = task.layout.state.object(task.name), task.intent
     rigid = item is not None and item.body.kind == "rigid" and task.wheels is None
@@ -68,7 +68,7 @@ def _is_shoved(task: Task, speed: float, needed: float) -> bool:
     return rigid and led and alone and not sent and task.speed is None
 
 
-def _shoved(task: Task, way: FloatArray, distance: float, start: int) -> Action:
+def _shoved_off(task: Task, way: FloatArray, distance: float, start: int) -> Action:
     """Pushed from rest until it is a little past the edge, no faster than it has to be."""
     size = task.layout.size(task.name)
     whole = distance + EDGE.past_sizes * size

@@ -14,8 +14,8 @@ from physagent_studio.agent.roles import Trial
 from physagent_studio.program import PhysicalProgram
 from physagent_studio.records import Scene
 
-Run = Callable[[PhysicalProgram, Scene], Trial]
-"""Tries a program on a scene."""
+Run = Callable[[PhysicalProgram, Scene, Callable[[], bool]], Trial]
+"""Tries a program on a scene, until it is told that nobody wants that any more."""
 Then = Callable[[], Sequence[PhysicalProgram]]
 WORTH_SECONDS = 1.0
 """Of waiting for trials, after which another process is started: that takes two and a half."""
@@ -25,9 +25,12 @@ POLL_SECONDS = 0.05
 
 @dataclass(eq=False)
 class _Job:
+    """dropped: whether nobody wants it any more."""
+
     program: PhysicalProgram
     scene: Scene
     future: Future[Trial] | None = None
+    dropped: threading.Event = field(default_factory=threading.Event)
 
 
 @dataclass(eq=False)
@@ -41,7 +44,8 @@ class Lane:
 
 class Lanes:
     """Hands out trials, the one that is waited for first. The first lane is open from the start,
-    the others when a search turns out to be long."""
+    the others when a search turns out to be long. What was begun ahead and is no longer likely is
+    told to end."""
 
     def __init__(self, lanes: Sequence[Lane], check: Callable[[], None]) -> None:
         """check: raises `Cancelled` where a person has cancelled."""
@@ -82,13 +86,24 @@ class Lanes:
         return job
 
     def give_up(self) -> None:
-        """Nothing is wanted any more; what runs ends by itself, for a process could be lost."""
+        """Nothing is wanted any more."""
         with self._news:
+            for job in self._jobs:
+                job.dropped.set()
             self._jobs, self._awaited = [], None
 
     def _want(self, scene: Scene, programs: Sequence[PhysicalProgram]) -> None:
+        """What is likely from now on; what was begun and is not makes room for it."""
         with self._news:
-            kept = [job for job in self._jobs if job.future or job is self._awaited]
+            likely = {id(one) for one in programs}
+            for job in self._jobs:
+                if job is not self._awaited and id(job.program) not in likely:
+                    job.dropped.set()
+            kept = [
+                job
+                for job in self._jobs
+                if job is self._awaited or (job.future and not job.dropped.is_set())
+            ]
             new = [one for one in programs if all(one is not job.program for job in kept)]
             self._jobs = [*kept, *(_Job(one, scene) for one in new)]
             self._hand_out()
@@ -98,7 +113,9 @@ class Lanes:
         for job in self._jobs:
             if job.future is None and self._free:
                 lane = self._free.pop()
-                job.future = lane.threads.submit(lane.run, job.program, job.scene)
+                job.future = lane.threads.submit(
+                    lane.run, job.program, job.scene, job.dropped.is_set
+                )
                 job.future.add_done_callback(lambda _, lane=lane: self._freed(lane))
 
     def _freed(self, lane: Lane) -> None:

@@ -157,8 +157,10 @@ class Engine:
     def _lane(self, executor: Executor) -> Lane:
         """An engine of its own."""
 
-        def run(program: PhysicalProgram, scene: Scene) -> Trial:
-            own = replace(self, executor=executor)
+        def run(program: PhysicalProgram, scene: Scene, dropped: Callable[[], bool]) -> Trial:
+            control = self.control
+            either = replace(control, cancelled=lambda: dropped() or control.cancelled())
+            own = replace(self, executor=executor, control=either)
             return try_on(scene, own.reconstruct, own.trial, program)
 
         def open_it() -> None:

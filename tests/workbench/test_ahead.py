@@ -156,9 +156,11 @@ class Held:
         self.ends = {id(one): threading.Event() for one in (ONE, TWO, THREE, FOUR)}
         self.begun: list[PhysicalProgram] = []
 
-    def run(self, program: PhysicalProgram, _scene: object) -> Trial:
+    def run(self, program: PhysicalProgram, _scene: object, dropped: Callable[[], bool]) -> Trial:
         self.begun.append(program)
-        self.ends[id(program)].wait()
+        while not self.ends[id(program)].wait(0.01):
+            if dropped():
+                raise Cancelled("cancelled")
         if program is FOUR:
             raise StudioError("it cannot run")
         return Trial(program, ())  # type: ignore[arg-type]
@@ -209,6 +211,24 @@ def test_a_wrong_guess_does_not_stand_in_the_way(held: Held) -> None:
     held.end(TWO, THREE)
     assert lanes.take(SCENE, THREE, tuple).rollout is THREE
     assert held.begun == [TWO, THREE]
+
+
+def test_what_is_no_longer_likely_makes_room(held: Held) -> None:
+    lanes = opened(held, 1)
+    lanes._want(SCENE, [FOUR])
+    held.end(TWO)
+    # FOUR never ends by itself.
+    assert lanes.take(SCENE, TWO, lambda: [TWO, THREE]).rollout is TWO
+    assert held.begun[:2] == [FOUR, TWO]
+
+
+def test_what_is_likely_goes_on(held: Held) -> None:
+    lanes = opened(held, 2)
+    held.end(TWO)
+    assert lanes.take(SCENE, TWO, lambda: [TWO, THREE]).rollout is TWO
+    held.end(THREE)
+    assert lanes.take(SCENE, THREE, lambda: [FOUR]).rollout is THREE
+    assert held.begun.count(THREE) == 1
 
 
 def test_what_was_given_up_may_be_asked_for_again(held: Held) -> None:

@@ -10,7 +10,7 @@ in place of disparities). What has less light and begins at a thing's foot is it
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -57,6 +57,7 @@ class DimmedSettings:
     min_rough_log: float = 0.025
     median_px: int = 5  # odd, 1..9: side of the squares in which the usual level is taken
     min_solid_share: float = 0.6  # 0..0.9: of a shade that is wider than five pixels
+    brightest_share: float = 0.97  # 0.8..1: of lit ground that is no brighter than shade once lit
     rounds_count: int = 2  # count, 1..3: each without the shade that was found before it
 
 
@@ -113,10 +114,12 @@ class _Thing:
 class Shade:
     """The shade of things on ground. dims: (H, W, 3) log of the light that is missing, 0 where
     none is. edges: (H, W) where it changes so much that what is there is not told by it.
+    brightest: (3,) grey levels that hardly any lit ground around the things exceeds.
     """
 
     dims: FloatImage
     edges: BoolArray
+    brightest: FloatArray
 
     @property
     def places(self) -> BoolArray:
@@ -125,12 +128,16 @@ class Shade:
 
     def outside(self, things: BoolArray) -> Shade:
         """The shade but for what is none: other things (H, W), dark themselves."""
-        return Shade(np.where(things[..., None], 0, self.dims), self.edges & ~things)
+        return replace(
+            self, dims=np.where(things[..., None], 0, self.dims), edges=self.edges & ~things
+        )
 
     def lifted(self, photo: Image) -> Image:
         """The photo (H, W, 3) in full light."""
         lit = (photo.astype(np.float32) + 4) * np.exp(self.dims) - 4
-        return np.where(self.dims > 0, np.clip(np.round(lit), 0, 255), photo).astype(np.uint8)
+        # Light has levels, and on white ground one too many shows.
+        lit = np.maximum(np.minimum(lit, self.brightest), photo)
+        return np.where(self.dims > 0, np.round(lit), photo).astype(np.uint8)
 
 
 def dimmed(
@@ -147,10 +154,12 @@ def dimmed(
     """
     masks = [mask for mask in masks if mask.any()]
     if not masks:
-        return Shade(np.zeros(photo.shape, np.float32), np.zeros(hole.shape, bool))
+        return Shade(
+            np.zeros(photo.shape, np.float32), np.zeros(hole.shape, bool), np.ones(3) * 255
+        )
     factor = _factor(masks, max(hole.shape))
     size = (max(8, round(hole.shape[1] * factor)), max(8, round(hole.shape[0] * factor)))
-    small = cv2.resize(photo, size, interpolation=cv2.INTER_AREA)
+    small = np.asarray(cv2.resize(photo, size, interpolation=cv2.INTER_AREA), np.uint8)
     inside, *owns = (reduced(what, size) > 0 for what in (hole, *masks))
     kinds = reduced(faces, size)
     things = [_Thing.of(own, inside, kinds) for own in owns if own[1:-1, 1:-1].any()]
@@ -163,7 +172,15 @@ def dimmed(
         lit = ~beside & ~dims.any(-1)
         found = [_of_one(logs, thing, thing.around & lit, inside, level) for thing in things]
         dims = np.max([dims, *found], axis=0)
-    return _at_full_size(dims, inside, hole)
+    around = np.any([thing.around for thing in things], axis=0) & ~beside & ~dims.any(-1)
+    return _at_full_size(dims, inside, hole, _brightest(small, around))
+
+
+def _brightest(small: Image, lit: BoolArray) -> FloatArray:
+    """(3,) grey levels that hardly any of the lit ground (h, w) exceeds, in none of its colours."""
+    if not lit.any():
+        return np.full(3, 255.0)
+    return np.quantile(small[lit], DIMMED.brightest_share, axis=0)
 
 
 def _roughness(logs: FloatImage, lit: BoolArray) -> float:
@@ -173,7 +190,9 @@ def _roughness(logs: FloatImage, lit: BoolArray) -> float:
     return float(np.median(np.sqrt(np.maximum(square[lit], 0)))) if lit.any() else 0.0
 
 
-def _at_full_size(dims: FloatImage, inside: BoolArray, hole: BoolArray) -> Shade:
+def _at_full_size(
+    dims: FloatImage, inside: BoolArray, hole: BoolArray, brightest: FloatArray
+) -> Shade:
     """Smooth where the light changes little by little, open where it jumps."""
     mean = dims.mean(-1)
     near = np.ones((3, 3), np.uint8)
@@ -190,7 +209,7 @@ def _at_full_size(dims: FloatImage, inside: BoolArray, hole: BoolArray) -> Shade
     wide = np.asarray(cv2.resize(edges.astype(np.float32), full) > 0.4)
     sized = np.asarray(cv2.resize(smooth, full, interpolation=cv2.INTER_LINEAR), np.float32)
     sized[wide | hole] = 0
-    return Shade(sized, wide & ~hole)
+    return Shade(sized, wide & ~hole, brightest)
 
 
 def _factor(masks: Sequence[BoolArray], longer: int) -> float:

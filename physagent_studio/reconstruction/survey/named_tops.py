@@ -17,7 +17,7 @@ from physagent_studio.program.scene.state import SceneState, Support
 from physagent_studio.reconstruction.camera.rays import metres_per_pixel, on_plane
 from physagent_studio.reconstruction.camera.scale import FLOOR
 from physagent_studio.reconstruction.photo.line_segments import Segments, with_hues
-from physagent_studio.reconstruction.photo.regions import iou
+from physagent_studio.reconstruction.photo.regions import grow, iou
 from physagent_studio.reconstruction.supports.stances import Stance
 from physagent_studio.reconstruction.supports.tabletops import Top, top_around
 from physagent_studio.reconstruction.survey.sighting import Look, unit_camera
@@ -77,9 +77,15 @@ def with_tops(case: Case, state: SceneState, look: Look) -> tuple[Look, dict[str
         # Where it grew into a speck, that does not tell what stands on the whole.
         top = _top(look, unit, edges, own or unsaid, clicks, mark.box)
         masks = [mask & ~look.covered for mask in look.offers[support.name]]
+        chosen = mark.settled or mark.candidate > 0
+        if top is None and mark.box is None and not chosen:
+            # The clicks lie on its front, with which the top has grown.
+            top = _top(look, unit, edges, _resting(masks[0], own or unsaid))
+            if top is not None and _is_above_front(top.region, masks[0]):
+                found[support.name] = top
+            continue
         if top is None:
             continue
-        chosen = mark.settled or mark.candidate > 0
         alike = max(iou(mask, top.region) for mask in masks) > min_overlap
         part = mark.box is None and _is_part(top.region, masks[0])
         if alike or not (chosen or part):
@@ -88,10 +94,28 @@ def with_tops(case: Case, state: SceneState, look: Look) -> tuple[Look, dict[str
     return replace(look, regions={**look.regions, **tops}), found
 
 
+def _resting(mask: BoolArray, standing: Sequence[Stance]) -> list[Stance]:
+    """Those of the things whose feet are next to a mask (H, W)."""
+    near_ratio = 0.01  # 0.002..0.03: over the longer side, between a foot and the mask
+    near = grow(mask, max(3, round(near_ratio * max(mask.shape))))
+    rows, columns = mask.shape
+    feet = [np.round(stance.foot).astype(int) for stance in standing]
+    return [
+        stance
+        for stance, (x, y) in zip(standing, feet, strict=True)
+        if near[np.clip(y, 0, rows - 1), np.clip(x, 0, columns - 1)]
+    ]
+
+
 def _is_part(top: BoolArray, mask: BoolArray) -> bool:
     """Whether a top is only a part of the mask that has grown from a click: of one colour of it."""
     min_share = 0.7  # share, 0.5..0.95: of the top that lies on the mask
     return float((mask & top).sum()) > min_share * float(top.sum())
+
+
+def _is_above_front(top: BoolArray, mask: BoolArray) -> bool:
+    """Whether a mask that has grown from a click holds most of a top, and more than it."""
+    return _is_part(top, mask) and int(top.sum()) < int(mask.sum())
 
 
 def _clicked(state: SceneState, look: Look) -> list[Support]:

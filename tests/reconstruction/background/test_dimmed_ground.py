@@ -9,7 +9,11 @@ import pytest
 from physagent_studio.arrays import FloatImage
 from physagent_studio.benchmark.scenes.pictures import scene
 from physagent_studio.program.scene.camera import Camera
-from physagent_studio.reconstruction.background.dimmed_ground import dimmed, semi_global
+from physagent_studio.reconstruction.background.dimmed_ground import (
+    Shade,
+    dimmed,
+    semi_global,
+)
 from physagent_studio.reconstruction.background.plate import background, hole_of
 from physagent_studio.reconstruction.background.shift_map import to_level
 from physagent_studio.reconstruction.background.surfaces import surfaces
@@ -75,6 +79,15 @@ def test_shade_on_tiles_is_found_and_dark_tiles_are_none(
     off = np.abs(light.lifted(photo)[told].astype(float) - floor[told]).mean()
     assert told.sum() > 0.3 * free.sum()
     assert off < 10
+
+
+def test_what_is_lifted_gets_no_brighter_than_lit_ground_and_nothing_darker() -> None:
+    photo = np.full((4, 4, 3), 200, np.uint8)
+    photo[0] = 250
+    dims = np.full((4, 4, 3), 0.5, np.float32)
+    lit = Shade(dims, np.zeros((4, 4), bool), np.array([240.0, 230.0, 255.0])).lifted(photo)
+    assert (lit[1:] == (240, 230, 255)).all()
+    assert (lit[0] == (250, 250, 255)).all()
 
 
 def test_ground_of_another_colour_that_goes_on_is_no_shade() -> None:

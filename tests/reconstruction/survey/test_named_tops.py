@@ -161,6 +161,38 @@ def test_a_mask_of_which_the_colour_clicked_is_only_a_part_stays():
     assert np.array_equal(seen.regions["table"], whole)
 
 
+def _with_front():
+    """(picture, top, front, box) of a table whose dark front is seen below its near edge."""
+    near, far = 0.48, 0.9
+    corners = ((-0.3, near), (0.3, near), (0.3, far), (-0.3, far))
+    picture, top, box = _drawn(corners)
+    low = [(-0.3, near, TOP), (0.3, near, TOP), (0.3, near, TOP - 0.03), (-0.3, near, TOP - 0.03)]
+    front = cv2.fillPoly(np.zeros(top.shape, np.uint8), [_pixels(low)], 1) > 0
+    front &= ~top & ~box
+    picture[front] = (45, 32, 24)
+    return picture, top, front, box
+
+
+def _clicked_front(front) -> Grounding:
+    rows, columns = np.nonzero(front)
+    return Grounding(points=(Click(x=float(np.median(columns)), y=float(np.median(rows))),))
+
+
+def test_a_click_on_the_front_gets_the_whole_top_of_which_a_part_has_grown_with_it():
+    picture, top, front, box = _with_front()
+    grown = (top | front) & (np.arange(SIZE[0]) < SIZE[0] * 0.88)
+    seen, tops = _seen(picture, box, grown, _clicked_front(front))
+    assert "table" in tops
+    assert iou(seen.regions["table"], top) > 0.9
+
+
+def test_a_front_alone_tells_no_top():
+    picture, _, front, box = _with_front()
+    seen, tops = _seen(picture, box, front, _clicked_front(front))
+    assert not tops
+    assert np.array_equal(seen.regions["table"], front)
+
+
 def test_a_speck_of_a_boxed_table_gives_way_to_the_top_in_its_box():
     picture, table, box = _drawn(CORNER)
     speck = table & (np.hypot(*(np.indices(table.shape) - [[[180]], [[250]]])) < 8)

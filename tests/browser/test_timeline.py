@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from playwright.sync_api import expect
 
-from physagent_studio.program import AddItem
+from physagent_studio.program import AddItem, RemoveItem
 from physagent_studio.program.text.document import load_program
 from physagent_studio.program.timing import PACE
 from physagent_studio.workbench import commands
@@ -61,6 +61,28 @@ def test_bars_too_short_for_their_words_share_some(waiting: Desk) -> None:
     expect(last).to_be_visible()
     expect(last.locator("text")).to_have_text("3 × Push")
     expect(waiting.page.locator(".tl [data-action=short_200] text")).to_have_text("")
+
+
+def test_words_beside_a_bar_make_room_for_where_the_thing_leaves_the_picture(
+    waiting: Desk,
+) -> None:
+    actions = waiting.snapshot.program.event.actions
+    shot = {
+        "operator": "SetVelocity", "name": actions[0].name, "velocity": [9.0, 0.0, 0.0],
+        "id": "shot", "start_step": 100,
+    }  # fmt: skip
+    away = [RemoveItem(path=f"event.actions.{one.id}") for one in actions]
+    edits = (*away, AddItem(path="event.actions", item=shot))
+    waiting.workbench.post(commands.ApplyEdits(edits, "out of the picture"))
+    mark = waiting.page.locator(".tl g.out .badge")
+    expect(mark).to_be_visible(timeout=20_000)
+    words = waiting.page.locator(".tl [data-action=shot] text")
+    expect(words).not_to_be_empty()
+    there, said = mark.bounding_box(), words.bounding_box()
+    assert there is not None
+    assert said is not None
+    assert abs(there["y"] - said["y"]) < 10
+    assert said["x"] >= there["x"] + there["width"]
 
 
 def test_what_can_be_selected_is_listed_where_nothing_is(waiting: Desk) -> None:

@@ -8,7 +8,7 @@ const COLORS = {
   SetVelocity: "#2f6fed", SetAngularVelocity: "#7a5af5", ApplyForce: "#d9482b", ApplyTorque: "#c0398c", ApplyAngledForce: "#d97706",
   ApplyDisturbance: "#0e9384", SetPosition: "#3e7cb1", SetOrientation: "#5c6ac4", FixObject: "#667085",
 };
-const LANE = 26, TOP = 31, SPEEDS = [0.125, 0.25, 0.5, 1, 2, 4];
+const LANE = 26, MARK = 20, TOP = 31, SPEEDS = [0.125, 0.25, 0.5, 1, 2, 4];
 
 export function startTimeline(host, inspect) {
   const top = h("div", { class: "bar-top", role: "toolbar", "aria-label": "Playback" });
@@ -175,6 +175,11 @@ export function startTimeline(host, inspect) {
   const verb = (one) => one.label.replace(/( to)? [−\d].*$/, "");
   const counted = (crowd) => crowd.reduce((told, one) => (told.at(-1)?.text === verb(one) ? (told.at(-1).many++, told) : [...told, { text: verb(one), many: 1 }]), []).map(({ text, many }) => (many > 1 ? `${many} × ${text}` : text)).join(", ");
   const ends = (one) => (one.instant ? x(one.start) + 12 : x(one.start + one.duration) + 5);
+  // Past the mark of where the thing leaves the picture, if that lies on the words.
+  function beginsAt(one, text, lane) {
+    const from = ends(one), out = lane.leaves && rowOf(one.id) === 0 ? x(lane.leaves.step) : null;
+    return out !== null && out > from - MARK && out < from + 6.6 * text.length ? out + MARK : from;
+  }
   const inside = (one) => !one.instant && x(one.start + one.duration) - x(one.start) > 6.6 * one.label.length + 12;
   function besides(lane) {
     const found = new Map();
@@ -184,9 +189,9 @@ export function startTimeline(host, inspect) {
       for (const [at, one] of row.entries()) {
         if (inside(one)) { crowd = []; continue; }
         crowd.push(one);
-        const text = crowd.length > 1 ? counted(crowd) : one.label, room = roomAfter(one, ends(one), lane);
+        const text = crowd.length > 1 ? counted(crowd) : one.label, from = beginsAt(one, text, lane), room = roomAfter(one, from, lane);
         if (6.6 * text.length > room && row[at + 1] && !inside(row[at + 1])) continue;
-        found.set(one.id, shortened(text, room));
+        found.set(one.id, { text: shortened(text, room), from });
         crowd = [];
       }
     }
@@ -202,7 +207,7 @@ export function startTimeline(host, inspect) {
       ? h("path", { class: "body", d: `M${left} ${y + 4}l8 8.500l-8 8.500l-8 -8.500z`, fill: color })
       : h("rect", { class: "body", x: left, y: y + 3, width: Math.max(7, right - left), height: LANE - 7, rx: 4, fill: color });
     const text = inside(mine === one ? one : { ...one, ...mine }) ? h("text", { x: left + 7, y: y + 16 }, one.label)
-      : h("text", { x: one.instant ? left + 12 : right + 5, y: y + (one.instant ? 17 : 16), style: "fill:var(--text)" }, beside.get(one.id) || "");
+      : h("text", { x: mine === one && beside.has(one.id) ? beside.get(one.id).from : ends(mine === one ? one : { ...one, ...mine }), y: y + (one.instant ? 17 : 16), style: "fill:var(--text)" }, beside.get(one.id)?.text || "");
     return h("g", { key: one.id, class: `act ${on ? "on" : ""} ${one.muted ? "muted" : ""} ${one.never ? "never" : ""}`, "data-action": one.id, "data-start": mine.start, "data-duration": mine.duration,
       tabindex: 0, role: "button", "aria-label": title, onpointerdown: (e) => startDrag(e, one, "move"), onkeydown: (e) => keys(e, one),
       oncontextmenu: (e) => { e.preventDefault(); openMenu(e, actionItems(one)); } },

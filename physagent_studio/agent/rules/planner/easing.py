@@ -45,6 +45,8 @@ class EasingSettings:
     min_way_share: float = 0.85  # 0.5..1: of its way that each acting thing still goes
     balance_deg: tuple[float, float] = (20.0, 65.0)  # 5..85: of tilt, where a thing may hang
     max_balance_s: float = 0.3  # s, 0.1..1: that it may be between these: a metre takes so long
+    # 0.05..0.4, and 0.3..0.8: how much of its way each has gone, after how much of its time at most
+    start_shares: tuple[float, float] = (0.2, 0.5)
     # 0..0.2: of its longer side in the picture, by which each may reach beyond the frame
     max_beyond_ratio: float = 0.02
 
@@ -169,9 +171,9 @@ def _is_seen_as_well(situation: Situation, found: Candidate, before: Rollout) ->
     whole = all(_beyond(now, n) <= max(_beyond(was, n), EASING.max_beyond_ratio) for n in names)
     lets_go = _pushed_through(now) <= _pushed_through(was)
     falls = all(_balances(now, n) <= max(_balances(was, n), EASING.max_balance_s) for n in names)
-    return (
-        far and whole and lets_go and falls and _first(now) <= max(_first(was), EASING.soon_frames)
-    )
+    lively = all(_creeps(now, n) <= max(_creeps(was, n), EASING.start_shares[1]) for n in names)
+    soon = _first(now) <= max(_first(was), EASING.soon_frames)
+    return far and whole and lets_go and falls and lively and soon
 
 
 def _balances(facts: Facts, name: str) -> float:
@@ -183,6 +185,19 @@ def _balances(facts: Facts, name: str) -> float:
     tilt = facts.track(name, facts.whole()).tilt()
     low, high = EASING.balance_deg
     return float(np.count_nonzero((tilt > low) & (tilt < high))) * facts.dt
+
+
+def _creeps(facts: Facts, name: str) -> float:
+    """After how much of the time that it moves it has gone the first part of its way."""
+    rows = np.minimum(facts.rollout.frame_steps(), facts.last)
+    path = facts.rollout.positions[rows, facts.rollout.objects.index(name)]
+    gone = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1)))
+    if gone[-1] <= 0:
+        return 0.0
+    shares = gone / gone[-1]
+    first, last = (int(np.argmax(shares > share)) for share in (0.005, 0.995))
+    started = int(np.argmax(shares > EASING.start_shares[0]))
+    return (started - first) / max(last - first, 1)
 
 
 def _pushed_through(facts: Facts) -> set[str]:

@@ -159,3 +159,37 @@ def test_what_topples_is_not_left_on_its_edge() -> None:
     between = np.count_nonzero((tilt > low) & (tilt < high)) * gentle.clip.step_seconds
     assert found.hunks
     assert between <= EASING.max_balance_s
+
+
+def downhill(held: int) -> PhysicalProgram:
+    """A ball on a slope that is brought to a slow speed, and held at it for so many steps."""
+    slope = {
+        "kind": "ramp", "toe": [0.9, 4.0, 0.0], "yaw": np.pi, "run": 1.8, "rise": 0.5, "width": 0.6,
+    }  # fmt: skip
+    place = [-0.6, 4.0, 0.5 * (0.9 + 0.6) / 1.8 + 0.11 * np.hypot(0.5, 1.8) / 1.8]
+    moves = {"id": "moves", "kind": "moves", "subject": "ball", "distance": 0.5}
+    state = filmed(
+        [BALL | {"position": place, "rolling": 0.1}], [push(0.3, duration=held)], moves
+    ).model_dump()
+    state["scene"]["supports"] += ({"name": "ramp", "shape": slope},)
+    state["scene"]["objects"][0]["support"] = "ramp"
+    slow = PhysicalProgram.model_validate(state)
+    return slow.model_copy(update={"clip": slow.clip.model_copy(update={"steps_per_frame": 4})})
+
+
+def creeps(program: PhysicalProgram) -> float:
+    """After how much of its time the ball has gone a fifth of its way."""
+    path = simulate(program, {}).positions[:, 0]
+    gone = np.append(0.0, np.linalg.norm(np.diff(path, axis=0), axis=1).cumsum())
+    moving = np.flatnonzero((gone > 0.005 * gone[-1]) & (gone < 0.995 * gone[-1]))
+    return float((np.argmax(gone > 0.2 * gone[-1]) - moving[0]) / np.ptp(moving))
+
+
+def test_what_goes_down_a_slope_is_not_held_back_for_most_of_its_time() -> None:
+    """A push to a lower speed, for longer, holds it back there: it creeps, and then it rushes."""
+    program = downhill(130)
+    assert failing(program) == []
+    found = Easing().ease(situation_of(program))
+    gentle = apply(program, found.edits) if found.hunks else program
+    assert found.hunks
+    assert creeps(gentle) < max(creeps(program), EASING.start_shares[1]) + 0.03

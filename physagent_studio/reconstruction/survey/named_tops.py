@@ -13,7 +13,7 @@ from physagent_studio.knowledge import (
     support_kind,
 )
 from physagent_studio.program.scene.camera import Camera
-from physagent_studio.program.scene.state import SceneState, Support
+from physagent_studio.program.scene.state import Grounding, SceneState, Support
 from physagent_studio.reconstruction.camera.rays import metres_per_pixel, on_plane
 from physagent_studio.reconstruction.camera.scale import FLOOR
 from physagent_studio.reconstruction.photo.line_segments import Segments, with_hues
@@ -68,30 +68,40 @@ def with_tops(case: Case, state: SceneState, look: Look) -> tuple[Look, dict[str
         top = _top(look, unit, edges, loose)
         if top is not None:
             found[support.name] = top
-    min_overlap = 0.5  # IoU, 0.3..0.9: from which a clicked mask and a bounded top are one
     for support in clicked:
-        mark = support.grounding
-        points = mark.points if mark.box is None else ()
-        clicks = np.array([(c.x, c.y) for c in points if c.label]).reshape(-1, 2)
         own = [stance for name, stance in look.stances.items() if first.on[name] == support.name]
         # Where it grew into a speck, that does not tell what stands on the whole.
-        top = _top(look, unit, edges, own or unsaid, clicks, mark.box)
-        masks = [mask & ~look.covered for mask in look.offers[support.name]]
-        chosen = mark.settled or mark.candidate > 0
-        if top is None and mark.box is None and not chosen:
-            # The clicks lie on its front, with which the top has grown.
-            top = _top(look, unit, edges, _resting(masks[0], own or unsaid))
-            if top is not None and _is_above_front(top.region, masks[0]):
-                found[support.name] = top
-            continue
-        if top is None:
-            continue
-        alike = max(iou(mask, top.region) for mask in masks) > min_overlap
-        part = mark.box is None and _is_part(top.region, masks[0])
-        if alike or not (chosen or part):
+        top = _marked(support.grounding, look, unit, edges, own or unsaid, support.name)
+        if top is not None:
             found[support.name] = top
     tops = {name: top.region for name, top in found.items()}
     return replace(look, regions={**look.regions, **tops}), found
+
+
+def _marked(
+    mark: Grounding,
+    look: Look,
+    unit: Camera,
+    edges: Segments,
+    standing: Sequence[Stance],
+    name: str,
+) -> Top | None:
+    """The top that is clicked or boxed, where it counts for more than what has grown from there."""
+    points = mark.points if mark.box is None else ()
+    clicks = np.array([(c.x, c.y) for c in points if c.label]).reshape(-1, 2)
+    masks = [mask & ~look.covered for mask in look.offers[name]]
+    chosen = mark.settled or mark.candidate > 0
+    top = _top(look, unit, edges, standing, clicks, mark.box)
+    if top is None and mark.box is None and not chosen:
+        # The clicks lie on its front, with which the top has grown.
+        top = _top(look, unit, edges, _resting(masks[0], standing))
+        return top if top is not None and _is_above_front(top.region, masks[0]) else None
+    if top is None:
+        return None
+    min_overlap = 0.5  # IoU, 0.3..0.9: from which a clicked mask and a bounded top are one
+    alike = max(iou(mask, top.region) for mask in masks) > min_overlap
+    part = mark.box is None and _is_part(top.region, masks[0])
+    return top if alike or not (chosen or part) else None
 
 
 def _resting(mask: BoolArray, standing: Sequence[Stance]) -> list[Stance]:

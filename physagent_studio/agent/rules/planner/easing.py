@@ -45,7 +45,7 @@ class EasingSettings:
     min_way_share: float = 0.85  # 0.5..1: of its way that each acting thing still goes
     balance_deg: tuple[float, float] = (20.0, 65.0)  # 5..85: of tilt, where a thing may hang
     max_balance_s: float = 0.3  # s, 0.1..1: that it may be between these: a metre takes so long
-    # 0.05..0.4, and 0.3..0.8: how much of its way each has gone, after how much of its time at most
+    # 0.05..0.8: how much of its way each has gone, after how much of its time at most
     start_shares: tuple[float, float] = (0.2, 0.5)
     # 0..0.2: of its longer side in the picture, by which each may reach beyond the frame
     max_beyond_ratio: float = 0.02

@@ -97,7 +97,8 @@ class Lanes:
         with self._news:
             likely = {id(one) for one in programs}
             for job in self._jobs:
-                if job is not self._awaited and id(job.program) not in likely:
+                # What has ended already takes no room.
+                if not (job is self._awaited or _is_done(job) or id(job.program) in likely):
                     job.dropped.set()
             kept = [
                 job

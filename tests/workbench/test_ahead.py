@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Iterator
+from concurrent.futures import wait
 from pathlib import Path
 from typing import Any
 
@@ -222,13 +223,33 @@ def test_what_is_no_longer_likely_makes_room(held: Held) -> None:
     assert held.begun[:2] == [FOUR, TWO]
 
 
-def test_what_is_likely_goes_on(held: Held) -> None:
+def test_what_is_likely_goes_on_and_what_has_ended_is_kept(held: Held) -> None:
     lanes = opened(held, 2)
-    held.end(TWO)
-    assert lanes.take(SCENE, TWO, lambda: [TWO, THREE]).rollout is TWO
-    held.end(THREE)
-    assert lanes.take(SCENE, THREE, lambda: [FOUR]).rollout is THREE
+    lanes._want(SCENE, [THREE])
+
+    def foreseen() -> list[PhysicalProgram]:
+        held.end(TWO)
+        return [TWO, THREE]
+
+    assert lanes.take(SCENE, TWO, foreseen).rollout is TWO
+    held.end(THREE, ONE)
+    wait([job.future for job in lanes._jobs if job.future is not None])
+    # Nobody foresees THREE any more, but it is there.
+    assert lanes.take(SCENE, ONE, lambda: [ONE]).rollout is ONE
+    assert lanes.take(SCENE, THREE, tuple).rollout is THREE
     assert held.begun.count(THREE) == 1
+
+
+def test_an_engine_is_told_to_end_a_trial(tmp_path: Path) -> None:
+    target = slider(0.6)
+    case = Case("bare", prompt=target.program.event.prompt)
+    session = Store(tmp_path).create(case, LoopState())
+    try:
+        lane = Engine(session, case, evidence=False)._lane(Inline())
+        with pytest.raises(Cancelled, match="cancelled"):
+            lane.run(target.program, target.scene, lambda: True)
+    finally:
+        session.close()
 
 
 def test_what_was_given_up_may_be_asked_for_again(held: Held) -> None:

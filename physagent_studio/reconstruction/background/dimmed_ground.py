@@ -57,7 +57,7 @@ class DimmedSettings:
     min_rough_log: float = 0.025
     median_px: int = 5  # odd, 1..9: side of the squares in which the usual level is taken
     min_solid_share: float = 0.6  # 0..0.9: of a shade that is wider than five pixels
-    brightest_share: float = 0.97  # 0.8..1: of lit ground that is no brighter than shade once lit
+    brightest_share: float = 0.99  # 0.8..1: of lit ground that is no brighter than shade once lit
     rounds_count: int = 2  # count, 1..3: each without the shade that was found before it
 
 
@@ -159,7 +159,7 @@ def dimmed(
         )
     factor = _factor(masks, max(hole.shape))
     size = (max(8, round(hole.shape[1] * factor)), max(8, round(hole.shape[0] * factor)))
-    small = np.asarray(cv2.resize(photo, size, interpolation=cv2.INTER_AREA), np.uint8)
+    small = cv2.resize(photo, size, interpolation=cv2.INTER_AREA)
     inside, *owns = (reduced(what, size) > 0 for what in (hole, *masks))
     kinds = reduced(faces, size)
     things = [_Thing.of(own, inside, kinds) for own in owns if own[1:-1, 1:-1].any()]
@@ -173,14 +173,17 @@ def dimmed(
         found = [_of_one(logs, thing, thing.around & lit, inside, level) for thing in things]
         dims = np.max([dims, *found], axis=0)
     around = np.any([thing.around for thing in things], axis=0) & ~beside & ~dims.any(-1)
-    return _at_full_size(dims, inside, hole, _brightest(small, around))
+    return _at_full_size(dims, inside, hole, _brightest(photo, around))
 
 
-def _brightest(small: Image, lit: BoolArray) -> FloatArray:
-    """(3,) grey levels that hardly any of the lit ground (h, w) exceeds, in none of its colours."""
-    if not lit.any():
+def _brightest(photo: Image, lit: BoolArray) -> FloatArray:
+    """(3,) grey levels of a photo (H, W, 3) that hardly any of the lit ground (h, w) exceeds, in
+    none of its colours, with its grain."""
+    size = photo.shape[1], photo.shape[0]
+    wide = cv2.resize(lit.astype(np.uint8), size, interpolation=cv2.INTER_NEAREST) > 0
+    if not wide.any():
         return np.full(3, 255.0)
-    return np.quantile(small[lit], DIMMED.brightest_share, axis=0)
+    return np.quantile(photo[wide], DIMMED.brightest_share, axis=0)
 
 
 def _roughness(logs: FloatImage, lit: BoolArray) -> float:

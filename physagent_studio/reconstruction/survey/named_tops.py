@@ -47,7 +47,7 @@ def with_tops(case: Case, state: SceneState, look: Look) -> tuple[Look, dict[str
 
     On a table that is known by name alone stands what nobody said stands elsewhere. The top of one
     that is clicked or boxed counts for more than what grew from there, unless a person chose that,
-    or the top is only a part of what grew from a click.
+    or the top is only a part of what grew from a click on it; a click on its front tells it too.
     """
     named, clicked = unclicked(state), _clicked(state, look)
     if not named and not clicked:
@@ -95,7 +95,7 @@ def _marked(
     if top is None and mark.box is None and not chosen:
         # The clicks lie on its front, with which the top has grown.
         top = _top(look, unit, edges, _resting(masks[0], standing))
-        return top if top is not None and _is_above_front(top.region, masks[0]) else None
+        return top if top is not None and _has_front(top.region, masks[0], clicks) else None
     if top is None:
         return None
     min_overlap = 0.5  # IoU, 0.3..0.9: from which a clicked mask and a bounded top are one
@@ -123,9 +123,13 @@ def _is_part(top: BoolArray, mask: BoolArray) -> bool:
     return float((mask & top).sum()) > min_share * float(top.sum())
 
 
-def _is_above_front(top: BoolArray, mask: BoolArray) -> bool:
-    """Whether a mask that has grown from a click holds most of a top, and more than it."""
-    return _is_part(top, mask) and int(top.sum()) < int(mask.sum())
+def _has_front(top: BoolArray, mask: BoolArray, clicks: FloatArray) -> bool:
+    """Whether clicks (N, 2) lie below a top, on what has grown from them with most of the top."""
+    rows, columns = top.shape
+    x, y = np.clip(np.round(clicks).astype(int), 0, (columns - 1, rows - 1)).T
+    lowest = np.where(top.any(0), rows - 1 - np.argmax(top[::-1], axis=0), rows)
+    below = len(clicks) > 0 and bool((y > lowest[x]).all())
+    return below and _is_part(top, mask) and int(top.sum()) < int(mask.sum())
 
 
 def _clicked(state: SceneState, look: Look) -> list[Support]:

@@ -45,14 +45,15 @@ def _reached(world: World, trace: Trace, cancelled: Callable[[], bool] | None, s
     """Writes the state down, at a frame with all that it takes to go on from it."""
     if trace.over:
         return False
+    # Of grains a frame takes a second.
+    if cancelled is not None and cancelled():
+        raise Cancelled("the simulation was cancelled")
     clip, data = world.program.clip, world.data
     trace.positions[step], trace.velocities[step] = data.qpos, data.qvel
     trace.rows = step + 1
     if step % clip.steps_per_frame == 0:
         if not is_sound(world, trace, step):
             return False
-        if cancelled is not None and cancelled():
-            raise Cancelled("the simulation was cancelled")
         _snapshot(world, trace, step // clip.steps_per_frame)
     return True
 

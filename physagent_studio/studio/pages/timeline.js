@@ -175,10 +175,12 @@ export function startTimeline(host, inspect) {
   const verb = (one) => one.label.replace(/( to)? [−\d].*$/, "");
   const counted = (crowd) => crowd.reduce((told, one) => (told.at(-1)?.text === verb(one) ? (told.at(-1).many++, told) : [...told, { text: verb(one), many: 1 }]), []).map(({ text, many }) => (many > 1 ? `${many} × ${text}` : text)).join(", ");
   const ends = (one) => (one.instant ? x(one.start) + 12 : x(one.start + one.duration) + 5);
-  // Past the mark of where the thing leaves the picture, if that lies on the words.
-  function beginsAt(one, text, lane) {
-    const from = ends(one), out = lane.leaves && rowOf(one.id) === 0 ? x(lane.leaves.step) : null;
-    return out !== null && out > from - MARK && out < from + 6.6 * text.length ? out + MARK : from;
+  // Where words may stand beside a bar, and how wide: up to the mark of where the thing leaves the picture, or past it.
+  function placeAfter(one, text, lane) {
+    const from = ends(one), room = roomAfter(one, from, lane), out = lane.leaves && rowOf(one.id) === 0 ? x(lane.leaves.step) : null;
+    if (out === null || out + MARK <= from || out >= from + room) return { from, room };
+    const before = { from, room: out - from - 4 }, past = { from: out + MARK, room: room - (out + MARK - from) };
+    return before.room >= Math.min(6.6 * text.length, past.room) ? before : past;
   }
   const inside = (one) => !one.instant && x(one.start + one.duration) - x(one.start) > 6.6 * one.label.length + 12;
   function besides(lane) {
@@ -189,7 +191,7 @@ export function startTimeline(host, inspect) {
       for (const [at, one] of row.entries()) {
         if (inside(one)) { crowd = []; continue; }
         crowd.push(one);
-        const text = crowd.length > 1 ? counted(crowd) : one.label, from = beginsAt(one, text, lane), room = roomAfter(one, from, lane);
+        const text = crowd.length > 1 ? counted(crowd) : one.label, { from, room } = placeAfter(one, text, lane);
         if (6.6 * text.length > room && row[at + 1] && !inside(row[at + 1])) continue;
         found.set(one.id, { text: shortened(text, room), from });
         crowd = [];

@@ -69,6 +69,9 @@ def test_shade_on_tiles_is_found_and_dark_tiles_are_none(
     faces = np.zeros(photo.shape[:2], np.int64)
     light = dimmed(photo, [mask], hole, to_level(camera), faces)
     free = (shade > 0) & ~hole
+    # What is white keeps its grain: that of the photo at full size, not of the one looked at.
+    white = floor[40:][floor[40:].mean(-1) > 170]
+    assert (np.abs(light.brightest - np.quantile(white, 0.99, axis=0)) < 3).all()
     if not found:
         assert not light.places.any()
         return

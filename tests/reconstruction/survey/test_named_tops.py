@@ -187,10 +187,35 @@ def test_a_click_on_the_front_gets_the_whole_top_of_which_a_part_has_grown_with_
 
 
 def test_a_front_alone_tells_no_top():
-    picture, _, front, box = _with_front()
-    seen, tops = _seen(picture, box, front, _clicked_front(front))
+    """Though the box stands right above it, no more than a part of the top has grown with it."""
+    picture, top, front, box = _with_front()
+    rim = grow(front, 6) & (top | front)
+    seen, tops = _seen(picture, box, rim, _clicked_front(front))
     assert not tops
-    assert np.array_equal(seen.regions["table"], front)
+    assert np.array_equal(seen.regions["table"], rim)
+
+
+@pytest.mark.parametrize("place", [(40, 250), (440, 200)])
+def test_a_click_on_a_table_does_not_shrink_it_to_the_mat_on_which_a_thing_stands(place):
+    picture, table, box = _drawn(FULL)
+    ends = [(-0.3, 0.42, TOP), (0.3, 0.42, TOP), (0.3, 0.7, TOP), (-0.3, 0.7, TOP)]
+    mat = cv2.fillPoly(np.zeros(table.shape, np.uint8), [_pixels(ends)], 1) > 0
+    picture[mat & table] = (60, 120, 60)
+    x, y = place
+    seen, tops = _seen(picture, box, table, Grounding(points=(Click(x=x, y=y),)))
+    assert not tops
+    assert np.array_equal(seen.regions["table"], table)
+
+
+@pytest.mark.parametrize("place", [(420, 200), (420, 280), (350, 230)])
+def test_a_click_on_one_colour_of_a_table_keeps_the_mask_of_both(place):
+    picture, table, box = _drawn(CORNER)
+    left = table & (np.arange(SIZE[0]) < SIZE[0] * 0.55)
+    picture[left & ~box] = np.clip(picture[left & ~box] * (0.4, 0.8, 1.6), 0, 255).astype(np.uint8)
+    x, y = place
+    seen, tops = _seen(picture, box, table, Grounding(points=(Click(x=x, y=y),)))
+    assert not tops
+    assert np.array_equal(seen.regions["table"], table)
 
 
 def test_a_speck_of_a_boxed_table_gives_way_to_the_top_in_its_box():

@@ -45,8 +45,9 @@ class EasingSettings:
     min_way_share: float = 0.85  # 0.5..1: of its way that each acting thing still goes
     balance_deg: tuple[float, float] = (20.0, 65.0)  # 5..85: of tilt, where a thing may hang
     max_balance_s: float = 0.3  # s, 0.1..1: that it may be between these: a metre takes so long
-    # 0.05..0.8: how much of its way each has gone, after how much of its time at most
-    start_shares: tuple[float, float] = (0.2, 0.5)
+    start_way_share: float = 0.2  # 0.05..0.4: of its way, that each has gone by the next number
+    max_start_share: float = 0.5  # 0.3..0.8: of the frames on which it moves
+    still_ratio: float = 0.02  # 0.005..0.1: over its fastest step, below which it does not move
     # 0..0.2: of its longer side in the picture, by which each may reach beyond the frame
     max_beyond_ratio: float = 0.02
 
@@ -171,7 +172,8 @@ def _is_seen_as_well(situation: Situation, found: Candidate, before: Rollout) ->
     whole = all(_beyond(now, n) <= max(_beyond(was, n), EASING.max_beyond_ratio) for n in names)
     lets_go = _pushed_through(now) <= _pushed_through(was)
     falls = all(_balances(now, n) <= max(_balances(was, n), EASING.max_balance_s) for n in names)
-    lively = all(_creeps(now, n) <= max(_creeps(was, n), EASING.start_shares[1]) for n in names)
+    most = EASING.max_start_share
+    lively = all(_creeps(now, name) <= max(_creeps(was, name) + 0.02, most) for name in names)
     soon = _first(now) <= max(_first(was), EASING.soon_frames)
     return far and whole and lets_go and falls and lively and soon
 
@@ -188,16 +190,15 @@ def _balances(facts: Facts, name: str) -> float:
 
 
 def _creeps(facts: Facts, name: str) -> float:
-    """After how much of the time that it moves it has gone the first part of its way."""
+    """After how much of the time that it moves a thing has gone the first part of its way."""
     rows = np.minimum(facts.rollout.frame_steps(), facts.last)
     path = facts.rollout.positions[rows, facts.rollout.objects.index(name)]
-    gone = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1)))
-    if gone[-1] <= 0:
+    steps = np.linalg.norm(np.diff(path, axis=0), axis=1)
+    steps = steps[steps > EASING.still_ratio * steps.max(initial=0.0)]
+    if not len(steps):
         return 0.0
-    shares = gone / gone[-1]
-    first, last = (int(np.argmax(shares > share)) for share in (0.005, 0.995))
-    started = int(np.argmax(shares > EASING.start_shares[0]))
-    return (started - first) / max(last - first, 1)
+    gone = np.cumsum(steps) / steps.sum()
+    return int(np.argmax(gone > EASING.start_way_share)) / len(steps)
 
 
 def _pushed_through(facts: Facts) -> set[str]:

@@ -514,6 +514,19 @@ def test_what_nothing_is_told_of_is_not_run_into(seed: int) -> None:
 
 
 @seeds
+def test_who_stands_still_runs_into_nobody(seed: int) -> None:
+    """As the last of a row that is told to fall, and those before it are not spoken of."""
+    rng = np.random.default_rng(seed)
+    way = side(rng)
+    between = {**BOX, "name": "between", "friction": 0.0}
+    things = [at(BALL, 0.0, density=4000), at(between, 0.35 * way), at(BOX, 0.7 * way)]
+    strike = [go("ball", way * rng.uniform(0.8, 1.2), 0, 0)]
+    found = views(scene_of(things, strike, says("moves"), says("moves", "box")))
+    assert not found["view.alone.ball.between"].ok
+    assert found["view.alone.box.between"].ok
+
+
+@seeds
 def test_what_slides_does_not_tip_over(seed: int) -> None:
     rng = np.random.default_rng(seed)
     pace = {"subject": "crate", "verb": "slide", "high": 3.0}

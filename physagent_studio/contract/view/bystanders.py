@@ -41,8 +41,9 @@ def leaves_alone(facts: Facts, names: tuple[str, ...]) -> list[Check]:
             if step is None:
                 continue
             before = Window(step - 1, step - 1)
-            speeds = [facts.track(one, before).velocities[0, :2] for one in (name, other)]
-            speed = float(np.linalg.norm(speeds[0] - speeds[1]))
+            own, theirs = (facts.track(one, before).velocities[0, :2] for one in (name, other))
+            # Who stands still is run into, and runs into nobody.
+            speed = float(min(np.linalg.norm(own - theirs), np.linalg.norm(own)))
             most = max(LEAST_BUMP, BUMP * height_of(facts, name))
             text = (
                 f"{name} does not run into {other}, which nothing is told of: "

@@ -24,12 +24,17 @@ from physagent_studio.program.scene.state import Landmark
 from physagent_studio.program.statements import LandsIn, PassesOver
 
 
+EDGE_SLACK = 0.1
+"""Share of its width by which a support may reach beyond a line that is its edge."""
+
+
 @dataclass(frozen=True, eq=False, slots=True)
 class Place:
     """Where something is, when the window begins.
 
     points: (K, 3) world, m. An `area` is flat and lies; an `opening` is what one goes through:
     a goal mouth stands, a hole lies. solid: the body that it is the outline of, if it is one.
+    within: (2,) a place on the support that a line is the edge of, m, if it is one.
     """
 
     name: str
@@ -37,6 +42,7 @@ class Place:
     points: FloatArray
     solid: Placed | None = None
     height: float = 0.0
+    within: FloatArray | None = None
 
     @property
     def centre(self) -> FloatArray:
@@ -64,7 +70,7 @@ def place_of(name: str, facts: Facts, step: int) -> Place | str:
     """The place of that name as it is at a step, or why it has none."""
     landmark = facts.program.scene.landmark(name)
     if landmark is not None:
-        return _landmark(landmark)
+        return _landmark(landmark, facts, step)
     solid = facts.placed_at_start(name, step)
     if solid is None:
         return f"where {name} is has not been found"
@@ -73,7 +79,7 @@ def place_of(name: str, facts: Facts, step: int) -> Place | str:
     return _footprint(name, solid)
 
 
-def _landmark(landmark: Landmark) -> Place | str:
+def _landmark(landmark: Landmark, facts: Facts, step: int) -> Place | str:
     if not landmark.points:
         return f"where {landmark.name} is has not been found"
     points = np.array(landmark.points, float)
@@ -82,7 +88,19 @@ def _landmark(landmark: Landmark) -> Place | str:
         kind = "point"
     elif len(points) == 2 and kind == "area":
         kind = "line"
-    return Place(landmark.name, kind, points)
+    place = Place(landmark.name, kind, points)
+    solid = facts.placed_at_start(landmark.on, step) if landmark.on and kind == "line" else None
+    if solid is None or solid.half_space is not None:
+        return place
+    return replace(place, within=_within(place, _footprint(landmark.name, solid).points))
+
+
+def _within(place: Place, corners: FloatArray) -> FloatArray | None:
+    """(2,) the middle of a support's corners (K, 3) if the line is an edge of it, else None."""
+    middle = corners.mean(axis=0, keepdims=True)
+    inside, _ = line_progress(middle, place)
+    beyond, _ = line_progress(np.concatenate([middle, corners]), place)
+    return middle[0, :2] if beyond.max() <= EDGE_SLACK * -2 * inside[0] else None
 
 
 def _footprint(name: str, solid: Placed) -> Place:
@@ -277,7 +295,7 @@ def passes_over(statement: PassesOver, facts: Facts, window: Window) -> Outcome:
 
 def _beyond(track: Track, place: Place, at_end: bool) -> Outcome:
     """On the far side of a line between its ends, or farther along than a point."""
-    progress, lateral = line_progress(track.positions, place)
+    progress, lateral = line_progress(track.positions, place, track.size / 2)
     scale = max(abs(float(progress[0])), track.size)
     if at_end:
         return at_the_end(track, np.minimum(progress, np.maximum(lateral, -scale)), scale, "short")
@@ -290,9 +308,14 @@ def _beyond(track: Track, place: Place, at_end: bool) -> Outcome:
     return reached_once(track, progress, scale)
 
 
-def line_progress(points: FloatArray, place: Place) -> tuple[FloatArray, FloatArray]:
+def line_progress(
+    points: FloatArray, place: Place, reach: float = 0.0
+) -> tuple[FloatArray, FloatArray]:
     """(T,) signed horizontal distance past a line, negative on the side where it starts, and
     (T,) how far inside the line's ends, m. A point counts as the line square to the way there.
+
+    reach: m; what starts no farther beyond the edge of a support than this is past it, for the
+    edge is not known better than that, and does not have to come back over it.
     """
     flat, start = points[:, :2], place.points[0, :2]
     if place.kind == "point" or len(place.points) == 1:
@@ -305,6 +328,8 @@ def line_progress(points: FloatArray, place: Place) -> tuple[FloatArray, FloatAr
     across = np.array([-along[1], along[0]])
     side = (flat - start) @ across
     sign = 1.0 if side[0] < 0 else -1.0
+    if place.within is not None and abs(float(side[0])) <= reach:
+        sign = 1.0 if float((place.within - start) @ across) < 0 else -1.0
     position = (flat - start) @ along
     return sign * side, np.minimum(position, length - position)
 

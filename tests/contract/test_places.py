@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from physagent_studio.contract.track import inside_depth
+from physagent_studio.program.scene.state import Landmark
 
 
 def test_a_line_counts_between_its_ends_only(stage, time):
@@ -22,6 +23,28 @@ def test_a_line_is_crossed_from_either_side(stage, time):
     short = stage.check("passes_over", subject="cube", landmark="line")
     assert not short.ok
     assert "0.1 m short" in short.text
+
+
+@pytest.mark.parametrize("over", [-0.02, 0.02])
+def test_what_overhangs_the_edge_of_its_table_passes_it_outward(stage, time, over):
+    stage.landmarks.append(
+        Landmark(name="brink", kind="line", on="table", points=((2.5, -0.5, 1), (2.5, 0.5, 1)))
+    )
+    stage.path("cube", x=2.5 - over - 0.5 * time, z=1.1)
+    assert stage.check("passes_over", subject="cube", landmark="brink").ok
+    stage.path("cube", x=2.5 - over + 0.2 * time, z=1.1)
+    inward = stage.check("passes_over", subject="cube", landmark="brink")
+    assert inward.ok == (over > 0)
+
+
+def test_a_line_across_a_table_is_no_edge_of_it(stage, time):
+    stage.landmarks.append(
+        Landmark(name="stripe", kind="line", on="table", points=((2.8, -0.5, 1), (2.8, 0.5, 1)))
+    )
+    for way in (-0.2, 0.2):
+        stage.path("cube", x=2.78 + way * time, z=1.1)
+        crossed = stage.check("passes_over", subject="cube", landmark="stripe")
+        assert crossed.ok == (way > 0)
 
 
 def test_passing_a_point_is_going_further_along(stage, time):

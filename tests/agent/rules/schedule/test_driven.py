@@ -12,7 +12,7 @@ from physagent_studio.program import PhysicalProgram
 from physagent_studio.program.rotations import about_up, matrix_of
 from physagent_studio.program.scene.state import Box, Cylinder
 from physagent_studio.simulation import simulate
-from tests.agent.rules.scenes import Stage
+from tests.agent.rules.scenes import STAGES, Stage
 
 CAR = (0.2, 0.1, 0.08)
 CONE = (Cylinder(radius=0.05, height=0.16), (0.75, 2.5, 0.08), "floor")
@@ -69,3 +69,14 @@ def test_it_drives_around_what_stands_in_its_way_and_does_not_touch_it():
     assert gap > 0.05 + CAR[1] / 2
     assert path[-1, 0] > CONE[1][0]
     assert np.ptp(headings) > 30
+
+
+def test_at_the_foot_of_a_ramp_it_is_driven_back_while_it_turns():
+    """What it has from the ramp would take it out of the picture before it has turned."""
+    stage = STAGES["slope"]
+    prompt = "The toy car rolls down the ramp and turns around after reaching the bottom."
+    program = RuleGenerator().first(stage.case(prompt), stage.reconstruct)
+    acts = {action.id: action for action in program.event.actions}
+    turn, back = acts["turn_toy_car"], acts["back_toy_car"]
+    assert turn.when.kind == back.when.kind == "on_contact"
+    assert turn.when.delay < back.when.delay < turn.when.delay + turn.duration

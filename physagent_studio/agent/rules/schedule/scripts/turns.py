@@ -35,6 +35,7 @@ class TurnSettings:
     narrow_ratio: float = 0.7  # 0.3..0.9: of its depth to its width, up to which it is narrow
     # cosine, 0.5..0.95: of its way and the side to which it tips over: its axis lies across
     max_along_cosine: float = math.cos(math.radians(50.0))
+    turned_share: float = 1 / 3  # 0..1: of a turn below a ramp, after which it is driven back
     pause_share: float = 0.03  # 0..0.1: of the clip, for which it stands there
     # 0..1: of its first rate, in equal times one after the other, where its spin dies away
     slower_shares: tuple[float, ...] = (1.0, 0.75, 0.5, 0.25)
@@ -191,8 +192,13 @@ def turn_back(task: Task) -> list[Action]:
     )  # fmt: skip
     heading = layout.downhill(task.name)
     way = -unit(level(heading)) if heading is not None else -WAYS[task.way() or "away"]
-    away = act.toward_or_along(max(0.4, 3 * layout.size(task.name)), vector=way, azimuth=50.0)
-    back = act.push(task.name, away, duration=30, when=act.after(turned, 0), label="back")
+    away = act.toward_or_along(max(0.4, 3 * layout.size(task.name)), vector=way, azimuth=30.0)
+    later = act.after(turned, 0)
+    if ramp is not None:
+        # What it has from the ramp takes it on until then, out of the picture where that is long.
+        turning = round(TURNS.turned_share * steps)
+        later = act.on_contact(task.name, layout.ground(), 5 + turning)
+    back = act.push(task.name, away, duration=30, when=later, label="back")
     return [turned, back]
 
 

@@ -1,8 +1,9 @@
 """Shade and mirror images at the foot of a thing, which a mask may have taken for a part of it.
 
-A plain body has no openings: what a mask leaves out within it, a dial or a label, belongs to it. A
-ball covers what a sphere does. The outline of a round fruit is a circle, but for what hides it:
-what sticks out at its foot belongs to what it lies on; stems and leaves are left as they are.
+A plain body has no openings: what a mask leaves out within it, a dial or a label, belongs to it;
+the windows of a car go along with it, whatever is seen through them. A ball covers what a sphere
+does. The outline of a round fruit is a circle, but for what hides it: what sticks out at its foot
+belongs to what it lies on; stems and leaves are left as they are.
 """
 
 import math
@@ -68,8 +69,9 @@ def sound_masks(
 
 
 def _is_closed(usual: Usual) -> bool:
-    """Whether nothing is seen through a thing: a plain body without a handle or a frame."""
-    return bool(usual.shapes) and usual.shapes[0] not in ("inflated", "torus") and not usual.parts
+    """Whether its outline has no holes: a plain body, or a car, without a handle or a frame."""
+    plain = bool(usual.shapes) and usual.shapes[0] not in ("inflated", "torus")
+    return (plain or usual.drives) and not usual.parts
 
 
 def _with_ball(

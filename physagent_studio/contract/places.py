@@ -23,7 +23,6 @@ from physagent_studio.program.scene.shapes import Outline, Placed, gap
 from physagent_studio.program.scene.state import Landmark
 from physagent_studio.program.statements import LandsIn, PassesOver
 
-
 EDGE_SLACK = 0.1
 """Share of its width by which a support may reach beyond a line that is its edge."""
 

@@ -125,3 +125,20 @@ def test_what_halts_halfway_out_of_the_picture_is_cut_by_its_border(prompt: str)
     assert checks["view.gone.car"].ok, checks["view.gone.car"].text
     assert checks["view.inside.car"].ok
     assert checks["car_stops"].ok
+
+
+@pytest.mark.parametrize(("wide", "ahead"), [(0.7, 0.0), (4.0, -1.0)])
+def test_off_a_table_that_leaves_the_picture_it_goes_over_an_edge_that_is_seen(
+    wide: float, ahead: float
+) -> None:
+    table = Slab(position=(0.0, 2.5, 0.38), size=(wide, 0.5, 0.76))
+    block = (Box(size=(0.1, 0.1, 0.1)), (0.2, 2.5, 0.81), "table")
+    program = first(
+        "The box is pushed off the table to the left.", Stage("t", {"box": block}, {"table": table})
+    )
+    rollout = simulate(program)
+    way = rollout.positions[:, 0] - rollout.positions[0, 0]
+    fell = int((way[:, 2] < -0.1).argmax())
+    assert fell > 0
+    assert way[fell, 0] < -0.05
+    assert (way[fell, 1] < -0.1) == (ahead < 0)

@@ -52,6 +52,15 @@ def free_way(layout: Layout, name: str, way: FloatArray) -> float:
     )
 
 
+def seen_way(layout: Layout, name: str, way: FloatArray) -> float:
+    """How far a thing can go along a unit direction (3,) and still be seen whole, whatever is in
+    its way, m; infinite without a camera."""
+    body = layout.placed(name)
+    if layout.state.camera is None or body is None or body.outline is None:
+        return math.inf
+    return _seen_way(layout, body, way)
+
+
 def free_way_from(layout: Layout, name: str, place: FloatArray, way: FloatArray) -> float:
     """The same from another place (3,) on the ground, as it stands now."""
     body = layout.placed(name)

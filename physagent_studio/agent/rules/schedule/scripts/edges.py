@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from physagent_studio.agent.rules.scene import mechanics as mech
+from physagent_studio.agent.rules.scene.framing import seen_way
 from physagent_studio.agent.rules.scene.measures import UP, WAYS, FloatArray, level, named_way, unit
 from physagent_studio.agent.rules.schedule import actions as act
 from physagent_studio.agent.rules.schedule.scripts.blows import blow
@@ -25,6 +26,8 @@ class EdgeSettings:
     leap_sizes: float = 1.0  # own sizes, 0.3..2: how high what jumps off it goes
     # over √(g · size), 0.1..0.6: speed at the edge of what is shoved all the way there
     shoved_ratio: float = 0.35
+    # rad, 0..1.2: from the way told, so far at most that it still goes to that side as it is seen
+    turns_rad: tuple[float, ...] = (0.0, 0.35, 0.7, 1.05)
     past_sizes: float = 0.15  # own sizes, 0..0.4: how far past the edge it is shoved
 
 
@@ -133,7 +136,7 @@ def way_off(task: Task) -> tuple[FloatArray, float]:
     elif (onto := task.onto()) is not None:
         way = task.way_onto(onto)
     elif said in ("left", "right", "away", "toward_camera"):
-        way = WAYS[said]
+        way = _off_in_sight(task, WAYS[said])
     elif (edge := _clicked_edge(task) or layout.nearest_edge(task.name)) is not None:
         way = _common_way(task, edge[0])
     else:
@@ -144,6 +147,19 @@ def way_off(task: Task) -> tuple[FloatArray, float]:
     if not math.isfinite(distance) or (onto_stack and not _off_support(task)):
         distance = layout.extent(carrier, way) if onto_stack and carrier else layout.size(task.name)
     return way, distance
+
+
+def _off_in_sight(task: Task, way: FloatArray) -> FloatArray:
+    """The way told, or where its edge lies outside the picture, the next one on its front side
+    that leads over an edge that is seen; the way told where none does."""
+    layout = task.layout
+    if abs(float(way[0])) < 1:
+        return way
+    for turn in EDGE.turns_rad:
+        turned = math.cos(turn) * way + math.sin(turn) * WAYS["toward_camera"]
+        if layout.way_to_edge(task.name, turned) <= seen_way(layout, task.name, turned):
+            return turned
+    return way
 
 
 def _clicked_edge(task: Task) -> tuple[FloatArray, float] | None:

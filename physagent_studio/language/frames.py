@@ -97,6 +97,12 @@ class EventFrame:
     gait: Literal["", "drive", "run", "walk"] = ""
 
     @property
+    def partly_off(self) -> bool:
+        """ "Halfway off the table": it juts out over the edge, and stays up there."""
+        off = self.place("off", "from") is not None
+        return off and self.share is not None and self.share[1] < 1
+
+    @property
     def counted(self) -> bool:
         """Whether a number of the patients is a limit."""
         return self.least > 0 or self.most is not None

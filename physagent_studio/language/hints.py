@@ -32,6 +32,10 @@ _DROPPING = re.compile(
     r"\b(fall\w*|fell|drop\w*|plummet\w*|plunge\w*|detach\w*|land(?:s|ing|ed)?"
     r"|com(?:es?|ing) (?:loose|off|down)|let go|releas\w*|cut)\b"
 )
+_LANDING = re.compile(
+    r"\b(drop\w*|plummet\w*|plunge\w*"
+    r"|(?:fall|fell|land)\w*\s+(?:\w+\s+){0,2}?(?:on|onto|into|in|upon)\b(?!\s+its\b))"
+)
 _ROUND = ("sphere", "ellipsoid")
 BEFORE, BEHIND = 60, 40
 """Letters before and behind words of posture among which the name of their owner stands."""
@@ -48,15 +52,16 @@ class SceneHints:
     """What reconstruction may know of the sentence.
 
     aloft, leaning, sliding, dropping: names that hang or float, or lean, or slide, or come down
-    from what holds them. hollow: names of open vessels, as the sentence uses them. steps: of a
-    flight of stairs, where told. seen: what is to be looked for, as in `seen_by`. names: each name
-    with its noun in full, as in `called`.
+    from what holds them. landing: names that drop, or come down onto a thing. hollow: names of open
+    vessels, as the sentence uses them. steps: of a flight of stairs, where told. seen: what is to
+    be looked for, as in `seen_by`. names: each name with its noun in full, as in `called`.
     """
 
     aloft: frozenset[str] = frozenset()
     leaning: frozenset[str] = frozenset()
     sliding: frozenset[str] = frozenset()
     dropping: frozenset[str] = frozenset()
+    landing: frozenset[str] = frozenset()
     hollow: frozenset[str] = frozenset()
     steps: int | None = None
     seen: frozenset[str] = frozenset()
@@ -81,6 +86,7 @@ def hints(prompt: str, objects: Collection[str], supports: Collection[str] = ())
         leaning=frozenset(name for name in things if _is_said(_LEANING, name, things, prompt)),
         sliding=frozenset(name for name in objects if _is_said(_SLIDING, name, things, prompt)),
         dropping=frozenset(name for name in objects if _is_said(_DROPPING, name, things, prompt)),
+        landing=frozenset(name for name in objects if _is_said(_LANDING, name, things, prompt)),
         hollow=hollow,
         steps=told_steps(prompt),
         seen=seen_by(prompt),

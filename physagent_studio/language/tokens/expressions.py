@@ -29,6 +29,10 @@ def _from_the(side: str) -> str:
 
 _COVER = ("behind", "under", "below", "beneath", "into", "inside", "underneath")
 _UNDER = ("under", "underneath", "beneath", "below")
+_SAME_PLACE = (
+    "where it was", "where it stood", "where it lay",
+    *(f"{at} the same {spot}" for at in ("on", "in", "at") for spot in ("spot", "place")),
+)  # fmt: skip
 _PLAIN = {
     "infront": "in front of",
     "atop": "on top of",
@@ -58,8 +62,14 @@ _PLAIN = {
     "alongwith": "along with|together with",
     "masscenter": "center of mass|centre of mass",
     "except": "except for|apart from|other than|with the exception of",
-    "leftwards": "to the left|from right to left|" + _from_the("right"),
-    "rightwards": "to the right|from left to right|" + _from_the("left"),
+    **{
+        f"stays {where}": f"leave it {where}|leaves it {where}|leaving it {where}|"
+        f"leave them {where}|leaves them {where}|leaving them {where}"
+        for where in words_of("on in at there standing lying beside against inside upright")
+    },
+    "leftwards": "further left|farther left|to the left|from right to left|" + _from_the("right"),
+    "rightwards": "further right|farther right|to the right|from left to right|"
+    + _from_the("left"),
     "sideways": "to the side|to one side",
     **{f"from_{word}": f"from {word}" for word in ("behind", "above", "below")},
     "from_left": "from the left|coming from the left|blowing from the left",
@@ -146,6 +156,16 @@ _PLAIN = {
     "disappears from view|disappears from sight|vanishes from view|vanishes from sight|"
     "disappears from the picture|disappears from the frame",
     "move offscreen": "disappear|vanish|disappear offscreen|disappear from view",
+    **{
+        f"{lands} straight": "|".join(f"{lands} {same}" for same in _SAME_PLACE)
+        for lands in ("lands", "land", "falls", "fall", "landing")
+    },
+    **{
+        f"{comes} straight down": "|".join(
+            f"{comes} {down} {same}" for same in _SAME_PLACE for down in ("down", "back down")
+        )
+        for comes in ("comes", "come")
+    },
     "where_it_started": "where it started|where it came from",
     "m/s": "meters per second|metres per second|meter per second|metre per second",
     "km/h": "kilometers per hour|kilometres per hour",
@@ -171,7 +191,8 @@ _PLAIN = {
     "reversing offscreen": "backing offscreen",
     "backwards": "in reverse",
     "turns around": "makes a u-turn|does a u-turn|makes a u turn|does a u turn",
-    "naturally": "by itself|by themselves|on its own|on their own",
+    "naturally": "by itself|by themselves|on its own|on their own|all by itself|all on its own|"
+    "all by themselves",
     "slightly": "a little|a bit|a short way|a short distance|a little way",
     "also": "as well",
     "so": "so that",

@@ -24,7 +24,8 @@ class Stance:
 
     box: (x0, y0, x1, y1). foot: middle of its lowest part. on: the object that it stands on,
     seen directly under it. over: the object below it across a gap. aloft: the words say that
-    it hangs or floats. leans: they say that it leans.
+    it hangs or floats. leans: they say that it leans. lands: they say that it drops, or comes down
+    onto something.
     """
 
     name: str
@@ -34,6 +35,7 @@ class Stance:
     over: str | None = None
     aloft: bool = False
     leans: bool = False
+    lands: bool = False
 
     @property
     def width(self) -> int:
@@ -61,8 +63,8 @@ def read(masks: Mapping[str, BoolArray], told: SceneHints = TOLD_NOTHING) -> dic
         foot = foot_of(mask)
         on = _directly_below(name, mask, masks)
         over = None if on else _across_gap(name, box, masks)
-        aloft, leans = name in told.aloft, name in told.leaning
-        found[name] = Stance(name, box, foot, on, over, aloft, leans)
+        aloft, leans, lands = (name in own for own in (told.aloft, told.leaning, told.landing))
+        found[name] = Stance(name, box, foot, on, over, aloft, leans, lands)
     return {**found, **_named_stacks(found)}
 
 

@@ -34,6 +34,8 @@ _GOES = words_of("move roll slide fly jump fall push pull drift")
 _LATER = _GIVING_WAY | {"stop", "rest", "settle"}
 _BLOWS = words_of("hit push kick fall land knock throw")
 """What happens to a thing because something hits it."""
+_MET = ("against", "on", "atop")
+"""Relations to what a thing meets there."""
 _BY_ITSELF = words_of("fall leave slip jump bounce rise land flip spin break reach enter descend")
 """What is denied of everything else where only one thing does it."""
 _TAKEN_OFF = words_of(
@@ -324,9 +326,15 @@ class _Draft:
         """Whether an earlier clause has the agent touch it; None where nothing acts on it."""
         if not frame.agent:
             return None
-        met = (f for f in self.reading.frames[:index] if not f.negated and f.agent)
+        met = (f for f in self.reading.frames[:index] if not f.negated)
         return any(
-            set(f.agent) & set(frame.agent) and set(f.patient) & set(frame.patient) for f in met
+            (set(f.agent) & set(frame.agent) and set(f.patient) & set(frame.patient))
+            or (
+                # "Comes to rest against the cup without knocking it over", "lands on it".
+                set(f.patient) & set(frame.agent)
+                and any(to in _MET and at.name in frame.patient for to, at in f.places)
+            )
+            for f in met
         )
 
     def _any_group(self, groups: list[list[Spec]], clause: str) -> None:

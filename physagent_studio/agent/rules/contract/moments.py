@@ -37,7 +37,7 @@ def events(specs: Sequence[Spec]) -> list[Spec]:
     return sorted(found, key=lambda s: _MOMENTS.index(s.kind))
 
 
-_EFFECTS = ("topples", "flips", "leaves", "falls", "passes_over")
+_EFFECTS = ("topples", "flips", "leaves", "falls", "passes_over", "breaks")
 """What befalls a thing that something else acts on."""
 _ENDS_OF_WAY = ("leaves", "contacts", "passes_over")
 """To where, or off what, something moves."""

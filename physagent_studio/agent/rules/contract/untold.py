@@ -66,7 +66,9 @@ def _unsaid(frame: EventFrame, rows: Sequence[dict[str, Any]]) -> list[str]:
     """How far, and how in time, where no statement of its clause says it."""
     kinds = {row["kind"] for row in rows if row["clause"] == frame.clause}
     found = []
-    if frame.share is not None and "covers" not in kinds and "offscreen" not in frame.manner:
+    juts = frame.partly_off and "rests_on" in kinds
+    covered = juts or "covers" in kinds or "offscreen" in frame.manner
+    if frame.share is not None and not covered:
         word = next((w for w, row in SHARES.items() if row == frame.share), "so far")
         found.append(_SAID.get(word, word))
     if frame.timing and frame.timing not in kinds:

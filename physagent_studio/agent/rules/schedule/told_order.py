@@ -44,7 +44,8 @@ def rolls_when_it_lies(task: Task) -> bool:
     roll = next((k for k, sense in enumerate(told) if sense == "roll"), 0)
     over = {*OVER, "tip_over", "knock_over"} & {*told[:roll]}
     alone = not task.intent.struck_by and task.layout.downhill(task.name) is None
-    return bool(over) and alone and task.layout.rolls_on_its_side(task.name)
+    stands = task.layout.carrier(task.name) is not None
+    return bool(over) and alone and stands and task.layout.rolls_on_its_side(task.name)
 
 
 def goes_first(task: Task) -> bool:

@@ -112,6 +112,12 @@ def land(c: Context) -> list[Spec]:
             found.append(spec("stops", c.subject, near=place_name(beside), distance=near))
     if "hard" in c.frame.manner:
         found.append(spec("speed_between", c.subject, low=0.7))
+    if "straight" in c.frame.manner:
+        # "Lands in the same spot".
+        far = c.length(1.0, 0.05, 0.3)
+        sides = ("left", "right", "away", "toward_camera")
+        aside = (spec("moves", c.subject, distance=far, direction=side) for side in sides)
+        found.append(any_of(*aside).opposite())
     return [*found, *posture(c)]
 
 

@@ -103,6 +103,8 @@ def least_way(c: Context) -> float:
         return c.length(POSTURE.out_share, 0.02, 2.0)
     if "far" in c.frame.manner:
         return c.length(4.0, 0.2, 1.5)
+    if c.frame.partly_off:
+        return c.length(0.35, 0.01, 0.2)
     return c.length(0.1, 0.01, 0.05) if "slight" in c.frame.manner else c.length(0.5, 0.02, 0.2)
 
 

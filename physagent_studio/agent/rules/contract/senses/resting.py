@@ -169,7 +169,7 @@ def stay(c: Context) -> list[Spec]:
     """Does not move; "standing" alone only means that it does not fall over."""
     if c.frame.posture == "upright" and c.frame.place("in", "on") is None:
         return [spec("upright", c.subject, tilt=20.0)] if not rolls(c) else still(c)
-    gone = _GOING_ON | {"rise"} if c.frame.posture == "still" else _GOING_ON | _MOVING
+    gone = {*_GOING_ON, "rise"} if c.frame.posture == "still" else {*_GOING_ON, *_MOVING, "land"}
     own = [f for f in c.earlier if f.sense in gone and not (f.agent or f.negated)]
     if c.frame.link == "then" and own and not c.frame.rest:
         # "Rolls to the cup and stays there": from then on; not "is pushed but stays put".

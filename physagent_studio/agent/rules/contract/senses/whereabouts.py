@@ -190,6 +190,10 @@ def is_slope(c: Context, place: Place) -> bool:
 
 def off(c: Context, place: Place) -> list[Spec]:
     """It comes off what it stands on."""
+    carried = c.layout.carrier(c.subject)
+    on_ground = carried in (None, c.layout.ground())
+    if c.frame.partly_off and carried and not on_ground and not is_apart(c, place):
+        return [spec("rests_on", c.subject, other=carried)]
     if place.kind == "group":
         below = c.layout.carrier(c.subject)
         if below is None:

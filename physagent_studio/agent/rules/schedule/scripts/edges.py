@@ -28,6 +28,9 @@ class EdgeSettings:
     shoved_ratio: float = 0.35
     # rad, 0..1.2: from the way told, so far at most that it still goes to that side as it is seen
     turns_rad: tuple[float, ...] = (0.0, 0.35, 0.7, 1.05)
+    kept_share: float = 0.08  # 0.05..0.3: of its length, that its middle keeps from the edge
+    jut_share: float = 0.3  # 0.15..0.5: of the clip, in which it is pushed, and then slowed
+    jut_ratio: float = 1.25  # 1..1.6: of the speed that would do it, as it slips under the hand
     past_sizes: float = 0.15  # own sizes, 0..0.4: how far past the edge it is shoved
 
 
@@ -38,6 +41,8 @@ def off_edge(task: Task) -> list[Action]:
     """Pushed over the edge of what it stands on."""
     way, distance = way_off(task)
     size = task.layout.size(task.name)
+    if any(f.partly_off for f in task.intent.frames) and task.wheels is None:
+        return _partly_off(task, way, distance)
     if task.intent.has("jump"):
         return [_leap_off(task, way, distance)]
     slowing = mech.G * task.ground_friction()
@@ -78,6 +83,22 @@ def _shoved_off(task: Task, way: FloatArray, distance: float, start: int) -> Act
     speed = max(EDGE.shoved_ratio * math.sqrt(mech.G * size), 2 * whole / task.seconds(0.5))
     steps = round(2 * whole / speed / task.clip.step_seconds)
     return act.push(task.name, _aimed(task, way, speed), start=start, duration=steps)
+
+
+def _partly_off(task: Task, way: FloatArray, distance: float) -> list[Action]:
+    """Pushed by a hand that goes along until it juts out, its middle still over what carries it."""
+    layout, carrier = task.layout, task.layout.carrier(task.name)
+    if carrier is not None and layout.state.object(carrier) is not None:
+        # Of a stack: the edge of what is right below it.
+        ahead = float((layout.position(carrier) - layout.position(task.name)) @ way)
+        distance = max(ahead + layout.extent(carrier, way), 0.0)
+    distance = max(distance - EDGE.kept_share * 2 * layout.extent(task.name, way), 0.0)
+    half = round(task.seconds(EDGE.jut_share) / task.clip.step_seconds)
+    aim = _aimed(task, way, max(EDGE.jut_ratio * distance / task.seconds(EDGE.jut_share), 0.02))
+    start = act.push(task.name, aim, start=_start_of_row(task), duration=half)
+    slow = aim.model_copy(update={"magnitude": 0.0})
+    later = act.after(start)
+    return [start, act.push(task.name, slow, start=0, duration=half, when=later, label="slow")]
 
 
 def _leap_off(task: Task, way: FloatArray, distance: float) -> Action:

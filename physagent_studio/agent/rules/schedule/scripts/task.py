@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -107,6 +108,8 @@ class Task:
         if over is not None:
             return over
         said = self.intent.way()
+        if said is None and self._comes_straight_down() and self.intent.has("kick", "throw"):
+            return "up"
         frame = next((f for f in self.intent.frames if said in (f.direction, f.origin)), None)
         if said is None or frame is None:
             return self._side()
@@ -115,6 +118,11 @@ class Task:
             # "Sideways" is where there is most room.
             return max(ways, key=lambda way: free_way(self.layout, self.name, WAYS[way]))
         return ways[self.rank % len(ways)] if ways else None
+
+    def _comes_straight_down(self) -> bool:
+        """ "Is kicked into the air and lands where it was"."""
+        down = (f for f in self.intent.frames if f.sense in ("land", "fall"))
+        return any("straight" in f.manner for f in down)
 
     def onto(self) -> str | None:
         """The first thing that it shall meet, where that lies the way that is said, if one is."""
@@ -143,6 +151,21 @@ class Task:
     def way_onto(self, name: str) -> FloatArray:
         """Level unit direction (3,) from its centre to another thing's."""
         return unit(level(self.layout.position(name) - self.layout.position(self.name)))
+
+    def away_from(self, name: str) -> dict[str, Any]:
+        """How a push is aimed away from a thing, or square away from a line, which is the edge of
+        what it stands on or beside it."""
+        mark = self.layout.state.landmark(name)
+        if mark is None or mark.points is None or len(mark.points) < 2 or mark.kind != "line":
+            return {"toward": name, "azimuth": 180.0}
+        start, end = (np.array(point, float) for point in (mark.points[0], mark.points[-1]))
+        along, base = unit(level(end - start)), self.layout.base(self.name)
+        on = mark.on is not None and mark.on == base
+        off = level(self.layout.position(mark.on if on and mark.on else self.name) - start)
+        square = off - float(off @ along) * along
+        if not float(np.linalg.norm(square)) > 0:
+            return {"toward": name, "azimuth": 180.0}
+        return {"vector": unit(square)}
 
     def down_the_steps(self) -> FloatArray | None:
         """The level way (3,) to the middle of the next lower step, or of one so many steps on as

@@ -9,6 +9,7 @@ import pytest
 
 from physagent_studio.agent.rules import RuleGenerator
 from physagent_studio.program import PhysicalProgram
+from physagent_studio.program.actions import OnContact, duration_of
 from physagent_studio.program.rotations import about_up, matrix_of
 from physagent_studio.program.scene.state import Box, Cylinder
 from physagent_studio.simulation import simulate
@@ -78,5 +79,6 @@ def test_at_the_foot_of_a_ramp_it_is_driven_back_while_it_turns():
     program = RuleGenerator().first(stage.case(prompt), stage.reconstruct)
     acts = {action.id: action for action in program.event.actions}
     turn, back = acts["turn_toy_car"], acts["back_toy_car"]
-    assert turn.when.kind == back.when.kind == "on_contact"
-    assert turn.when.delay < back.when.delay < turn.when.delay + turn.duration
+    assert isinstance(turn.when, OnContact)
+    assert isinstance(back.when, OnContact)
+    assert turn.when.delay < back.when.delay < turn.when.delay + duration_of(turn)

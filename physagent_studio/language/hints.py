@@ -34,7 +34,8 @@ _DROPPING = re.compile(
 )
 _LANDING = re.compile(
     r"\b(drop\w*|plummet\w*|plunge\w*"
-    r"|(?:fall|fell|land)\w*\s+(?:\w+\s+){0,2}?(?:on|onto|into|in|upon)\b(?!\s+its\b))"
+    r"|(?:fall|fell|land)\w*\s+(?:\w+\s+){0,2}?(?:on|onto|into|in|upon)\b"
+    r"(?!\s+(?:its|itself|pieces|bits|half|two|the (?:floor|ground|grass|carpet|rug|table\w*))\b))"
 )
 _ROUND = ("sphere", "ellipsoid")
 BEFORE, BEHIND = 60, 40

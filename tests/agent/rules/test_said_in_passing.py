@@ -142,6 +142,8 @@ def test_away_from_an_edge_is_square_to_it() -> None:
         ("The pumpkin lands on the stool.", True),
         ("The pumpkin falls over.", False),
         ("The pumpkin falls onto its side.", False),
+        ("The pumpkin falls on the floor behind the stool.", False),
+        ("The pumpkin falls into pieces.", False),
         ("The stool tips over while the pumpkin stays still.", False),
     ],
 )

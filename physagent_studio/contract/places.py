@@ -99,7 +99,8 @@ def _within(place: Place, corners: FloatArray) -> FloatArray | None:
     middle = corners.mean(axis=0, keepdims=True)
     inside, _ = line_progress(middle, place)
     beyond, _ = line_progress(np.concatenate([middle, corners]), place)
-    return middle[0, :2] if beyond.max() <= EDGE_SLACK * -2 * inside[0] else None
+    width = -2 * float(inside[0])
+    return middle[0, :2] if beyond.max() <= EDGE_SLACK * width else None
 
 
 def _footprint(name: str, solid: Placed) -> Place:

@@ -32,11 +32,8 @@ _DROPPING = re.compile(
     r"\b(fall\w*|fell|drop\w*|plummet\w*|plunge\w*|detach\w*|land(?:s|ing|ed)?"
     r"|com(?:es?|ing) (?:loose|off|down)|let go|releas\w*|cut)\b"
 )
-_LANDING = re.compile(
-    r"\b(drop\w*|plummet\w*|plunge\w*"
-    r"|(?:fall|fell|land)\w*\s+(?:\w+\s+){0,2}?(?:on|onto|into|in|upon)\b"
-    r"(?!\s+(?:its|itself|pieces|bits|half|two|the (?:floor|ground|grass|carpet|rug|table\w*))\b))"
-)
+_PLUNGING = r"drop\w*|plummet\w*|plunge\w*"
+_ONTO = r"(?:fall|fell|land)\w*\s+(?:\w+\s+){0,2}?(?:on|onto|into|in|upon)\s+(?:\w+\s+){0,2}?"
 _ROUND = ("sphere", "ellipsoid")
 BEFORE, BEHIND = 60, 40
 """Letters before and behind words of posture among which the name of their owner stands."""
@@ -87,7 +84,7 @@ def hints(prompt: str, objects: Collection[str], supports: Collection[str] = ())
         leaning=frozenset(name for name in things if _is_said(_LEANING, name, things, prompt)),
         sliding=frozenset(name for name in objects if _is_said(_SLIDING, name, things, prompt)),
         dropping=frozenset(name for name in objects if _is_said(_DROPPING, name, things, prompt)),
-        landing=frozenset(name for name in objects if _is_said(_LANDING, name, things, prompt)),
+        landing=frozenset(name for name in objects if _lands(name, things, prompt)),
         hollow=hollow,
         steps=told_steps(prompt),
         seen=seen_by(prompt),
@@ -105,6 +102,13 @@ def _hangs_at_first(name: str, things: Collection[str], prompt: str) -> bool:
         return True
     before, after = prompt[: risen.end()], prompt[risen.end() :]
     return _is_said(_ALOFT, name, things, before + _HOVERING.sub("", after.lower()))
+
+
+def _lands(name: str, things: Collection[str], prompt: str) -> bool:
+    """Whether it is told to drop, or to come down onto another of the things."""
+    nouns = {words_of(other)[-1] for other in things if other != name and words_of(other)}
+    onto = f"|{_ONTO}(?:{'|'.join(map(re.escape, sorted(nouns)))})" if nouns else ""
+    return _is_said(re.compile(rf"\b(?:{_PLUNGING}{onto})\b"), name, things, prompt)
 
 
 def called(name: str, prompt: str) -> str:

@@ -130,8 +130,10 @@ def lifted(
         if (
             stance.aloft
             or not np.isfinite(place).all()
-            or (stance.over is not None and stance.lands)
-            or (stance.over is not None and _too_large(unit, stances, out, usual, name))
+            or (
+                stance.over is not None
+                and (stance.lands or _too_large(unit, stances, out, usual, name))
+            )
         ):
             out[name] = AIR
     return out

@@ -38,11 +38,8 @@ def free_way(layout: Layout, name: str, way: FloatArray) -> float:
     """How far a thing can go along a level or upward unit direction (3,) and still be seen whole;
     on the level on what carries it and before it meets another thing, m; infinite without a
     camera."""
-    body = layout.placed(name)
-    if layout.state.camera is None or body is None or body.outline is None:
-        return math.inf
-    free = _seen_way(layout, body, way)
-    if not np.any(way[:2]):
+    free = seen_way(layout, name, way)
+    if not math.isfinite(free) or not np.any(way[:2]):
         return free
     free = min(free, _before_edge(layout, name, way))
     here, carrier = layout.position(name), layout.carrier(name)

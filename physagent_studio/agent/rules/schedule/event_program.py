@@ -213,8 +213,8 @@ def _comes_down_by_itself(intent: Intent, driven: list[Intent], layout: Layout) 
 
 def _rank(intent: Intent, driven: list[Intent], layout: Layout) -> tuple[int, int]:
     """Place among the objects that share a frame with it, from top to bottom."""
-    row = {n for f in intent.frames for n in (f.agent or f.patient)}
-    alike = [i.name for i in driven if i.name in row | {intent.name}]
+    row = {intent.name, *(n for f in intent.frames for n in (f.agent or f.patient))}
+    alike = [i.name for i in driven if i.name in row]
     ordered = sorted(alike, key=lambda n: -layout.position(n)[2])
     return ordered.index(intent.name), len(ordered)
 

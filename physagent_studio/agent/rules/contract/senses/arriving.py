@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from physagent_studio.agent.rules.contract.senses.common import arrival, posture
+from physagent_studio.agent.rules.contract.senses.common import arrival, goes_aside, posture
 from physagent_studio.agent.rules.contract.senses.remaining import is_container, is_last
 from physagent_studio.agent.rules.contract.senses.whereabouts import is_ground, meets_one, off
 from physagent_studio.agent.rules.contract.specs import (
@@ -114,10 +114,7 @@ def land(c: Context) -> list[Spec]:
         found.append(spec("speed_between", c.subject, low=0.7))
     if "straight" in c.frame.manner:
         # "Lands in the same spot".
-        far = c.length(1.0, 0.05, 0.3)
-        sides = ("left", "right", "away", "toward_camera")
-        aside = (spec("moves", c.subject, distance=far, direction=side) for side in sides)
-        found.append(any_of(*aside).opposite())
+        found.append(goes_aside(c, c.length(1.0, 0.05, 0.3)).opposite())
     return [*found, *posture(c)]
 
 

@@ -76,6 +76,14 @@ def travel(c: Context) -> list[Spec]:
     return found or [spec("moves", c.subject, distance=distance)]
 
 
+def goes_aside(c: Context, far: float, to_step: int | None = None) -> Spec:
+    """It moves so far, m, to any level side, up to a step where one is given."""
+    sides: tuple[Direction, ...] = ("left", "right", "away", "toward_camera")
+    return any_of(
+        *(spec("moves", c.subject, distance=far, direction=side, to_step=to_step) for side in sides)
+    )
+
+
 def _carried_on(c: Context) -> list[Direction]:
     """ "The puck slides to the left and hits the can, which slides on": to the left as well."""
     if c.frame.places or c.frame.agent:

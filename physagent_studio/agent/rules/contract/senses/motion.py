@@ -8,6 +8,7 @@ from physagent_studio.agent.rules.contract.intents import brought_above, carries
 from physagent_studio.agent.rules.contract.senses.common import (
     bent_path,
     comes_down,
+    goes_aside,
     least_along,
     lies_in_the_end,
     manner,
@@ -211,10 +212,9 @@ def _lies_down(c: Context) -> bool:
 def _straight_down(c: Context, event: Spec) -> list[Spec]:
     """What loses its support falls where it is, and is not first moved aside."""
     aside = c.length(0.8, 0.05, 0.1)
-    sides = ("left", "right", "away", "toward_camera")
-    drift = any_of(*(spec("moves", c.subject, distance=aside, direction=w) for w in sides))
     raised = spec("moves", c.subject, distance=aside, direction="up")
-    return [Spec("all_of", {}, (before(drift, event).opposite(),)), raised.opposite()]
+    drifted = before(goes_aside(c, aside), event)
+    return [Spec("all_of", {}, (drifted.opposite(),)), raised.opposite()]
 
 
 def _flipped_first(c: Context, event: Spec) -> list[Spec]:
@@ -240,14 +240,9 @@ def _once_there(c: Context, event: Spec) -> list[Spec]:
 
 
 def _vertical(c: Context) -> list[Spec]:
-    aside = c.length(0.3, 0.03, 0.1)
-    sides = ("left", "right", "away", "toward_camera")
     # What stands on something has to come off it first, and that is not aside either.
     until = 16 if c.layout.carrier(c.subject) is None else 60
-    drift = any_of(
-        *(spec("moves", c.subject, distance=aside, direction=w, to_step=until) for w in sides)
-    )
-    return [drift.opposite()]
+    return [goes_aside(c, c.length(0.3, 0.03, 0.1), until).opposite()]
 
 
 def descend(c: Context) -> list[Spec]:

@@ -190,21 +190,18 @@ def is_slope(c: Context, place: Place) -> bool:
 
 def off(c: Context, place: Place) -> list[Spec]:
     """It comes off what it stands on."""
-    carried = c.layout.carrier(c.subject)
-    on_ground = carried in (None, c.layout.ground())
-    if c.frame.partly_off and carried and not on_ground and not is_apart(c, place):
-        return [spec("rests_on", c.subject, other=carried)]
+    carrier = c.layout.carrier(c.subject)
+    raised = carrier is not None and carrier != c.layout.ground()
+    if c.frame.partly_off and raised and not is_apart(c, place):
+        return [spec("rests_on", c.subject, other=carrier)]
     if place.kind == "group":
-        below = c.layout.carrier(c.subject)
-        if below is None:
-            below = landed_on(c)
+        below = carrier if carrier is not None else landed_on(c)
         grounded = below is None or below == c.layout.ground()
         return [] if grounded else [spec("leaves", c.subject, other=below)]
     if is_ground(c, place):
         return [spec("contacts", c.subject, other=place.name, to_step=SPEC.start_steps)]
     if place.kind == "landmark" or place.name == c.subject:
         return []
-    carrier = c.layout.carrier(c.subject)
     if is_apart(c, place):
         return farther_from(c, place)
     if _is_ramp(c, replace(place, part="")) and place.part in SLOPE_ENDS:

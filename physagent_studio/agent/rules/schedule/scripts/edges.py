@@ -13,7 +13,7 @@ from physagent_studio.agent.rules.scene.measures import UP, WAYS, FloatArray, le
 from physagent_studio.agent.rules.schedule import actions as act
 from physagent_studio.agent.rules.schedule.scripts.blows import blow
 from physagent_studio.agent.rules.schedule.scripts.flight import seen_up
-from physagent_studio.agent.rules.schedule.scripts.task import Task
+from physagent_studio.agent.rules.schedule.scripts.task import Task, square_to
 from physagent_studio.language import EDGES
 from physagent_studio.language.tokens.vocabulary import words_of
 from physagent_studio.program.actions import Action, Directed
@@ -188,13 +188,10 @@ def _clicked_edge(task: Task) -> tuple[FloatArray, float] | None:
     base = task.layout.base(task.name)
     marks = (task.layout.state.landmark(f"{base}_{part}") for part in EDGES)
     mark = next((m for m in marks if m is not None), None)
-    if mark is None or mark.points is None or len(mark.points) < 2:
+    inward = None if mark is None else square_to(mark, task.layout.position(base or ""))
+    if mark is None or mark.points is None or inward is None:
         return None
-    start, end = (np.array(point, float) for point in (mark.points[0], mark.points[-1]))
-    along = unit(level(end - start))
-    out = np.array([-along[1], along[0], 0.0])
-    if float(out @ (start - task.layout.position(base or ""))) < 0:
-        out = -out
+    out, start = -inward, np.array(mark.points[0], float)
     distance = float(out @ level(start - task.layout.position(task.name)))
     return out, max(distance, 0.01)
 

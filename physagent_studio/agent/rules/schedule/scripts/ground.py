@@ -248,7 +248,7 @@ def _aimed(task: Task, target: Place | None, speed: float) -> Directed:
     way = task.way()
     behind = task.intent.place("away_from")
     if behind is not None and task.layout.is_known(place_name(behind)):
-        return act.toward_or_along(speed, **task.away_from(place_name(behind)))
+        return task.away_from(place_name(behind), speed)
     if (other := task.passes()) is not None and target is not None:
         return act.toward_or_along(speed, toward=other, azimuth=_beside(task, other))
     down = task.down_the_steps()

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -28,9 +27,9 @@ from physagent_studio.agent.rules.scene.steps import way_down
 from physagent_studio.agent.rules.schedule import actions as act
 from physagent_studio.language import Place
 from physagent_studio.language.tokens.vocabulary import words_of
-from physagent_studio.program.actions import Direction
+from physagent_studio.program.actions import Directed, Direction
 from physagent_studio.program.program import Clip
-from physagent_studio.program.scene.state import Ramp, Wheels
+from physagent_studio.program.scene.state import Landmark, Ramp, Wheels
 
 
 @dataclass(frozen=True, slots=True)
@@ -152,20 +151,16 @@ class Task:
         """Level unit direction (3,) from its centre to another thing's."""
         return unit(level(self.layout.position(name) - self.layout.position(self.name)))
 
-    def away_from(self, name: str) -> dict[str, Any]:
-        """How a push is aimed away from a thing, or square away from a line, which is the edge of
-        what it stands on or beside it."""
-        mark = self.layout.state.landmark(name)
-        if mark is None or mark.points is None or len(mark.points) < 2 or mark.kind != "line":
-            return {"toward": name, "azimuth": 180.0}
-        start, end = (np.array(point, float) for point in (mark.points[0], mark.points[-1]))
-        along, base = unit(level(end - start)), self.layout.base(self.name)
-        on = mark.on is not None and mark.on == base
-        off = level(self.layout.position(mark.on if on and mark.on else self.name) - start)
-        square = off - float(off @ along) * along
-        if not float(np.linalg.norm(square)) > 0:
-            return {"toward": name, "azimuth": 180.0}
-        return {"vector": unit(square)}
+    def away_from(self, name: str, speed: float) -> Directed:
+        """A push away from a thing, or square away from a line, to the side on which what it
+        stands on lies where the line is an edge of that."""
+        mark, base = self.layout.state.landmark(name), self.layout.base(self.name)
+        if mark is not None and mark.kind == "line":
+            own = mark.on if mark.on is not None and mark.on == base else self.name
+            square = square_to(mark, self.layout.position(own))
+            if square is not None:
+                return act.toward_or_along(speed, vector=square)
+        return act.toward_or_along(speed, toward=name, azimuth=180.0)
 
     def down_the_steps(self) -> FloatArray | None:
         """The level way (3,) to the middle of the next lower step, or of one so many steps on as
@@ -328,6 +323,18 @@ class Task:
         """Coefficient of rolling resistance on what carries it."""
         carrier = self.layout.carrier(self.name) or self.layout.ground()
         return self.layout.touch(self.name, carrier).rolling
+
+
+def square_to(line: Landmark, place: FloatArray) -> FloatArray | None:
+    """Level unit vector (3,) square to a line, to the side on which a place (3,) lies; None where
+    it has no two points or the place lies on it."""
+    if line.points is None or len(line.points) < 2:
+        return None
+    start, end = (np.array(point, float) for point in (line.points[0], line.points[-1]))
+    along = unit(level(end - start))
+    square = np.array([-along[1], along[0], 0.0])
+    off = float(square @ (place - start))
+    return None if off == 0 else square if off > 0 else -square
 
 
 ENDING = ("stop", "settle", "end", "rest")

@@ -5,7 +5,7 @@ import hashlib
 from physagent_studio.program.scene.state import SceneState
 from physagent_studio.records.case import Case
 
-VERSION = "71"
+VERSION = "72"
 """Changes whenever the same input gives another scene."""
 
 _UNSEEN = (

@@ -9,10 +9,11 @@ import pytest
 from physagent_studio.benchmark.reconstruction.synthetic import scene
 from physagent_studio.knowledge import support_kind, usual_size
 from physagent_studio.language.hints import called, hints
+from physagent_studio.program.scene.aloft import AIR
 from physagent_studio.program.scene.camera import Camera
 from physagent_studio.program.scene.state import Landmark, Ramp, Scale, SceneState, Support
 from physagent_studio.reconstruction.camera import estimate as cues
-from physagent_studio.reconstruction.camera.scale import Measured, solve
+from physagent_studio.reconstruction.camera.scale import FLOOR, Measured, solve
 from physagent_studio.reconstruction.photo.ellipses import level_circles
 from physagent_studio.reconstruction.photo.line_segments import segments
 from physagent_studio.reconstruction.supports.clicked import marked_ramp
@@ -22,7 +23,7 @@ from physagent_studio.reconstruction.supports.ramps import (
     place_ramp,
 )
 from physagent_studio.reconstruction.supports.stances import read
-from physagent_studio.reconstruction.supports.standing import standing_on
+from physagent_studio.reconstruction.supports.standing import lifted, standing_on
 from physagent_studio.reconstruction.survey.frames import find_frame
 from physagent_studio.reconstruction.survey.landmarks import Shown, resolve
 
@@ -252,3 +253,26 @@ def test_a_landmark_that_nothing_shows_stays_open():
     (found,), flags = resolve((Landmark(name="goal", kind="opening"),), camera, (), Shown())
     assert found.points is None
     assert "goal" in flags[0]
+
+
+@pytest.mark.parametrize(
+    ("prompt", "on"),
+    [
+        ("The ball drops, bounces off the box and rolls away.", AIR),
+        ("The ball lands on the box and stays on top of it.", AIR),
+        ("The ball rolls to the left.", FLOOR),
+        ("The ball falls on the floor beside the box.", FLOOR),
+    ],
+)
+def test_what_drops_onto_a_thing_seen_below_it_is_in_the_air(prompt, on):
+    """What stands farther away is seen higher too: without the words it may stand on the floor."""
+    camera = Camera.from_horizon((320, 240), 56.0, 1.0, focal=300.0)
+    masks = {name: np.zeros((240, 320), bool) for name in ("ball", "box")}
+    masks["ball"][90:120, 145:175] = True
+    masks["box"][150:200, 130:190] = True
+    told = hints(prompt, tuple(masks))
+    stances = read(masks, told)
+    assert stances["ball"].over == "box"
+    usual = {name: told.usual(name) for name in masks}
+    floored = dict.fromkeys(masks, FLOOR)
+    assert lifted(camera, SceneState(), stances, floored, usual)["ball"] == on
